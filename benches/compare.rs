@@ -1,7 +1,7 @@
-//! How many samples of a candidate a second `stickslip compare` goes through, beside what reading them costs.
+//! Samples of a candidate that `stickslip compare` handles per second, and the cost of reading them.
 //!
-//! The candidate is an HDF5 file of another program with time and relative velocity, of four million samples over the
-//! stick-slip of the built-in case `paper`; its events have to be found, so it is read twice.
+//! The candidate is an HDF5 file of another program with time and relative velocity: four million samples in the
+//! stick-slip window of the built-in case `paper`. Its events have to be found, so that it is read twice.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -35,14 +35,15 @@ fn write(path: &Path, case: &Case) {
         .unwrap();
 }
 
-/// Some forty samples on the straight line between two of a result: what they hold does not matter for the speed.
+/// Writes some forty samples on the straight line between two samples of a result. Their values do not affect the
+/// speed.
 fn write_candidate(candidate: &Path, dense: &Path) {
     let file = ResultFile::open(dense).unwrap();
     let rows = file.sample_count().unwrap();
     let times = file.column("time", 0..rows).unwrap();
     let speeds = file.column("relative_velocity", 0..rows).unwrap();
     let mut points: Vec<(f64, f64)> = times.into_iter().zip(speeds).collect();
-    // Between a sample and an event beside it there may be no room.
+    // There may be no room between a sample and a neighbouring event.
     points.dedup_by(|b, a| b.0 - a.0 < 1e-9);
     let each = SAMPLES / (points.len() - 1);
     let line = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {

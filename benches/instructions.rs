@@ -1,11 +1,11 @@
-//! What the whole command costs, in instructions: the paper's case by `series` without a witness, with its 21,653 samples and
-//! without them, and the start of the program alone. The load of the machine changes the count by a thousandth, by the flushes
-//! of a file that takes more than a second.
+//! Instructions of the whole command: the paper's case by `series` without a witness, with its 21,653 samples and without
+//! them, and the start of the program alone. The load of the machine changes the count by a thousandth, because a file
+//! that takes more than a second is flushed.
 //!
 //!     cargo bench --bench instructions
 //!
-//! It wants valgrind, whose tool callgrind counts. What is promised holds on an x86-64 with AVX2, and Debian 12's HDF5 1.10.8 and
-//! C library 2.36. Others differ by some per cent, so that it fails only if the whole is a twentieth above.
+//! It needs valgrind, whose tool callgrind counts. The limits hold on an x86-64 with AVX2, with Debian 12's HDF5 1.10.8
+//! and C library 2.36. Other machines differ by some per cent, so that it fails only if the whole is a twentieth above.
 
 use std::error::Error;
 use std::path::Path;
@@ -25,7 +25,7 @@ const RUN: &[&str] = &[
     "-o",
     "run.h5",
 ];
-/// Two samples are left: the first and the last.
+/// Only the first and the last sample are left.
 const WITHOUT_SAMPLES: &[&str] = &[
     "--set",
     "output.interval=10",
@@ -35,7 +35,6 @@ const WITHOUT_SAMPLES: &[&str] = &[
     "output.around=none",
 ];
 
-/// Instructions of the program with these arguments.
 fn instructions(folder: &Path, arguments: &[&str]) -> Result<u64, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])

@@ -1,5 +1,5 @@
-//! What an exact run costs, by the digits that it computes with: the last half second of the paper's brake, with its sticks
-//! and slips, and a tenth of a second of sliding with as many digits as a case may need that has no perturbation.
+//! The cost of an exact run by its number of digits: the last half second of the paper's brake, with its sticks and slips,
+//! and a tenth of a second of sliding with as many digits as a case without a perturbation may need.
 //!
 //!     cargo bench --bench oracle
 
@@ -10,7 +10,7 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::system::ExactSystem;
 use stickslip::oracle::{self, OracleOptions, rational};
 
-/// `paper-si` from a lower speed: it stops after a quarter of a second.
+/// `paper-si` from a lower speed, so that it stops after a quarter of a second.
 fn short_brake() -> ExactSystem {
     let overrides = [
         "initial.speed=3",

@@ -1,17 +1,17 @@
-//! What the safe solver layer costs: the same CVODE, the same right-hand side, once through `stickslip::sundials` and once
-//! by the C functions alone, with callbacks that catch no panic, check no value and watch no time. The latter is to the
-//! instruction what a C program does.
+//! The cost of the safe solver layer: the same CVODE with the same right-hand side, once through `stickslip::sundials` and
+//! once by the C functions alone, with callbacks that catch no panic, check no value and watch no time. The latter
+//! executes the same instructions as a C program.
 //!
-//! Both make their solver, go to the end step by step and free it; both have the same settings, Jacobian and crossing
-//! functions, and the states have to agree to the last bit. The functions of a problem are compiled once, for arrays of
-//! a known length as in C, and both call the same machine code: left to itself, the compiler inlines them here and not
-//! there, and the ratio would show that rather than the layer. What a callback of the layer does before and after is the
-//! layer's; so is everything around a step.
+//! Both make their solver, go to the end step by step and free it. Both have the same settings, Jacobian and crossing
+//! functions, and the states must agree to the last bit. The functions of a problem are compiled once, for arrays of a
+//! known length as in C, and both call the same machine code. Otherwise the compiler would inline them on one side only,
+//! and the ratio would show that instead of the layer. The work of a callback before and after the function belongs to
+//! the layer; so does everything around a step.
 //!
 //!     cargo bench --bench overhead
 //!
-//! The lines "of the time of C alone" are the answer: the shortest time of each, taken by turns in one run. Criterion's
-//! own times of the two, minutes apart, move by more than the ratio on a machine that does other things, too.
+//! The lines "of the time of C alone" are the answer: the ratio of the shortest times, taken by turns in one run.
+//! Criterion's own times of the two are minutes apart, and differ by more than the ratio on a machine with other load.
 #![allow(unsafe_code)] // the C functions alone
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -28,7 +28,8 @@ use stickslip::signal::{Ramp, Signal};
 use stickslip::sundials::{AdvanceTarget, Advanced, CvodeOptions, Direction, OdeSystem, Solver, Tolerances};
 use sundials_sys as c;
 
-/// A problem of N components and G crossing functions, which both sides share. The functions are never inlined: see above.
+/// A problem of N components and G crossing functions, which both sides share. The functions are never inlined, see
+/// above.
 trait Problem<const N: usize, const G: usize>: 'static {
     const NAME: &'static str;
     /// BDF with Newton and the Jacobian, or Adams with fixed-point iteration.
@@ -83,15 +84,15 @@ impl Problem<3, 2> for Roberts {
     }
 }
 
-/// The brake of the case "paper-si" sliding at full force, from 2 rad/s, which sets its fast mode off: 80 periods, every
-/// one resolved.
+/// The brake of the case "paper-si", sliding at full force from 2 rad/s, which excites its fast mode: 80 periods, all
+/// resolved.
 #[derive(Clone)]
 struct Slip {
     system: SystemEquations,
     outside: Outside,
 }
 
-/// Twist and its rate of the rotor, the rotor's speed, twist and its rate of the stator, and four quadratures.
+/// The state: the rotor's twist, twist rate and speed, the stator's twist and twist rate, and four quadratures.
 const DIMENSION: usize = 9;
 const ROTOR_SPEED: usize = 2;
 const TWISTS: [usize; 2] = [0, 3];
@@ -149,7 +150,6 @@ impl Problem<DIMENSION, 1> for Slip {
     }
 }
 
-/// Through the layer.
 struct Safe<P, const N: usize, const G: usize>(P);
 
 impl<P: Problem<N, G>, const N: usize, const G: usize> OdeSystem for Safe<P, N, G> {
@@ -170,7 +170,7 @@ impl<P: Problem<N, G>, const N: usize, const G: usize> OdeSystem for Safe<P, N, 
     }
 }
 
-/// Steps to the end; returns their number and the state.
+/// Steps to the end by the layer; returns the number of steps and the state.
 fn by_the_layer<P: Problem<N, G>, const N: usize, const G: usize>(problem: P) -> (u64, Vec<f64>) {
     let options = if P::STIFF {
         CvodeOptions::BDF
@@ -193,7 +193,7 @@ struct Raw<P, const N: usize, const G: usize>(PhantomData<P>);
 
 impl<P: Problem<N, G>, const N: usize, const G: usize> Raw<P, N, G> {
     unsafe extern "C" fn rhs(_t: f64, y: c::N_Vector, ydot: c::N_Vector, user: *mut c_void) -> c_int {
-        // SAFETY: CVODE hands back what it was given.
+        // SAFETY: CVODE passes the pointers that it was given.
         unsafe { (*user.cast::<P>()).rhs(data(y), data(ydot)) };
         0
     }
@@ -224,7 +224,6 @@ impl<P: Problem<N, G>, const N: usize, const G: usize> Raw<P, N, G> {
     }
 }
 
-/// The same as a C program does it.
 fn by_c<P: Problem<N, G>, const N: usize, const G: usize>(mut problem: P) -> (u64, Vec<f64>) {
     // SAFETY: every object is made, used and freed in this function, in the order that SUNDIALS asks for.
     unsafe {
@@ -277,8 +276,8 @@ fn by_c<P: Problem<N, G>, const N: usize, const G: usize>(mut problem: P) -> (u6
     }
 }
 
-/// Time of the layer over that of C, of the shortest of each: run by turns for so long that each is sure to be undisturbed
-/// some time, and each in front as often, on a machine that is busy with other things, too.
+/// Ratio of the shortest times of the layer and of C. They run in turns for so long that each is undisturbed at some
+/// time, and each comes first equally often, even on a machine that is busy with other work.
 fn ratio_by_turns<P: Problem<N, G> + Clone, const N: usize, const G: usize>(problem: P) -> f64 {
     let layer = || {
         let start = Instant::now();

@@ -1,5 +1,5 @@
-//! Whole runs of the case "paper": by every kind of method, as two trains, and the plain way, CVODE BDF for everything;
-//! `cvode` and `series` by phase, and beside each other in turns.
+//! Whole runs of the case "paper": by every kind of method, as two trains, and in the plain way, by CVODE BDF alone;
+//! `cvode` and `series` by phase, and compared in turns.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrixViewMut;
@@ -15,7 +15,7 @@ use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
 use stickslip::sundials::{AdvanceTarget, Advanced, CvodeOptions, Direction, OdeSystem, Solver, Tolerances};
 
-/// The paper's case without samples, to `end_time`.
+/// The paper's case to `end_time` (s), without samples.
 fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOptions) {
     let case = Case::read(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
     let solver = SolverOptions { method, ..case.solver };
@@ -29,13 +29,13 @@ fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOpt
     (Parameters::of(&case.system).unwrap(), solver, output)
 }
 
-/// Runs it; returns the number of sticks and the time of the last.
+/// Runs the case; returns the number of sticks and the time of the last (s).
 fn run(input: &(Parameters, SolverOptions, OutputOptions), recorder: &mut dyn Recorder) -> (usize, f64) {
     let (parameters, solver, output) = input;
     sticks(Run::of_system(&System::from(parameters), 0.0, solver, output).record(recorder))
 }
 
-/// The same of the brake written as two trains.
+/// Runs the brake that is written as two trains; returns the same values.
 fn run_as_trains((trains, solver, output): &(System, SolverOptions, OutputOptions)) -> (usize, f64) {
     sticks(Run::of_system(trains, 0.0, solver, output))
 }
@@ -46,7 +46,6 @@ fn sticks(run: Run<'_>) -> (usize, f64) {
     (sticks().count(), sticks().next_back().map_or(0.0, |e| e.time))
 }
 
-/// The stopwatch of a run's parts: stamps the kick and every stick.
 struct Stopwatch {
     kick: Option<Instant>,
     last_stick: Option<Instant>,
@@ -69,7 +68,7 @@ impl Recorder for Stopwatch {
     }
 }
 
-/// Sliding to the kick, from there to the last stick, and that one to the end.
+/// Wall times of sliding up to the kick, from the kick to the last stick, and of the last stick to the end.
 fn parts(input: &(Parameters, SolverOptions, OutputOptions)) -> [Duration; 3] {
     let mut stopwatch = Stopwatch {
         kick: None,
@@ -82,8 +81,8 @@ fn parts(input: &(Parameters, SolverOptions, OutputOptions)) -> [Duration; 3] {
     [kick - start, stick - kick, end - stick]
 }
 
-/// The brake as one would write it down for CVODE: twists and absolute speeds, (u, v, theta', phi_2', phi_1', z, z'), and
-/// the mode's equations.
+/// The brake in the obvious form for CVODE: twists and absolute speeds, (u, v, theta', phi_2', phi_1', z, z'), and the
+/// equations of a mode.
 #[derive(Clone)]
 struct PlainBrake {
     parameters: Parameters,
@@ -193,8 +192,9 @@ impl OdeSystem for PlainBrake {
     }
 }
 
-/// CVODE BDF for everything, as a straightforward user has it: unbounded steps, roots of the mode's guards, a restart at
-/// each event, at the corner of F and at the kick. Returns the number of sticks and the time of the last.
+/// CVODE BDF for everything, as a straightforward user applies it: unbounded steps, roots of the mode's guards, and a
+/// restart at each event, at the corner of F and at the kick. Returns the number of sticks and the time of the last
+/// (s).
 fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) {
     let kick = parameters.perturbations[0];
     let (KickTime::At(kick_time), Signal::Ramp(Ramp { rise_time, .. })) = (kick.time, &parameters.actuation) else {
@@ -248,11 +248,11 @@ fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) 
 }
 
 const END: f64 = 10.0;
-/// Of the multiprecision reference, data/truth/paper.json.
+/// Values of the multiprecision reference, data/truth/paper.json.
 const STICKS: usize = 48;
 const LAST_STICK: f64 = 6.989_377_156_155_617;
 
-/// Every way has to have done the same work: all sticks, the last at its time.
+/// Every way must have done the same work: it finds all sticks, and the last one at its time.
 fn check(name: &str, (sticks, last): (usize, f64), within: f64) {
     let error = (last - LAST_STICK).abs();
     println!("{name}: {sticks} sticks, the last within {error:.1e} s");
@@ -278,7 +278,7 @@ fn runs(criterion: &mut Criterion) {
         check(&name, run_as_trains(&input), within);
         group.bench_function(name, |b| b.iter(|| run_as_trains(black_box(&input))));
     }
-    // At 1e-10 its last stick is off by 2e-6 s, at 1e-8 there is one stick too many.
+    // At 1e-10 the last stick is off by 2e-6 s; at 1e-8 there is one stick too many.
     check("plain-bdf-1e-12", plain_bdf(&parameters, 1e-12, END), 1e-5);
     group.sample_size(10);
     group.bench_function("plain-bdf-1e-12", |b| {
@@ -304,11 +304,10 @@ fn runs(criterion: &mut Criterion) {
     println!("plain-bdf-1e-12 {plain:.2?}, cvode {cvode:.2?} a run: {ratio:.1} times as long");
 }
 
-/// Turns of a comparison.
 const TURNS: usize = 21;
 
-/// Medians of what one run of each takes, in turns, so that what else the machine does meets both alike: Criterion's own
-/// figures of the two are minutes apart. In each turn the second runs `often`.
+/// Medians of the wall time of one run of each, taken in turns, so that other load of the machine affects both alike:
+/// Criterion's own times of the two are minutes apart. In each turn the second one runs `often` times.
 fn medians_by_turns(first: &dyn Fn(), second: &dyn Fn(), often: u32) -> [Duration; 2] {
     let mut times = [Vec::new(), Vec::new()];
     for _ in 0..TURNS {
@@ -326,8 +325,7 @@ fn medians_by_turns(first: &dyn Fn(), second: &dyn Fn(), often: u32) -> [Duratio
     })
 }
 
-/// The cost of a run by phase. What comes before the kick is sliding, then comes the stick-slip window, and the last stick
-/// is for good.
+/// The cost of a run by phase: sliding before the kick, the stick-slip window, and the final stick.
 fn phases(criterion: &mut Criterion) {
     for method in [Method::Cvode, Method::Series] {
         let input = paper(method, END);
@@ -343,10 +341,10 @@ fn phases(criterion: &mut Criterion) {
     }
 }
 
-/// What is promised of `series` beside `cvode`: this many times faster, at a better accuracy.
+/// Promised ratio of the times of `cvode` and `series`, at a better accuracy.
 const PROMISED: f64 = 10.0;
 
-/// `cvode` and `series` in turns, so that both meet the same machine, and the medians' ratio.
+/// Compares `cvode` and `series` in turns, so that both meet the same load, by the ratio of their medians.
 fn ratio(_: &mut Criterion) {
     let inputs = [paper(Method::Cvode, END), paper(Method::Series, END)];
     let of = |input: &_| {

@@ -1,5 +1,5 @@
-//! Points of a critical curve: runs a second, what one costs by phase, how that and memory go with the number of points,
-//! and what writing takes. Seconds of the processor stand beside those of the clock, which other programs move.
+//! Points of a critical curve: runs per second, the cost of a run by phase, how cost and memory depend on the number
+//! of points, and the cost of writing. Processor time is printed next to wall time, which other programs disturb.
 //! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
 use std::path::Path;
@@ -11,7 +11,7 @@ use stickslip::sweep::{
     Existing, Journal, PointOutcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
 };
 
-/// Points on both sides of the critical curve, as its tracing asks for them.
+/// Points on both sides of the critical curve, like those of its tracing.
 fn study(method: &str, count: usize) -> Study {
     let text = format!(
         "case = \"paper\"\n[keep]\nevents = true\n[set]\nsolver.method = \"{method}\"\n\
@@ -24,7 +24,7 @@ fn study(method: &str, count: usize) -> Study {
     Study::parse(source, &[]).expect("a valid study")
 }
 
-/// Seconds of the clock and of the processor, of all threads.
+/// Wall time and processor time of all threads, s.
 #[derive(Clone, Copy)]
 struct Clock(Instant, f64);
 
@@ -38,10 +38,10 @@ impl Clock {
     }
 }
 
-/// Processor time of this process, s; where there is no /proc it is NaN.
+/// Processor time of this process, s; NaN without /proc.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // In hundredths of a second, after the name in brackets.
+    // The fields are in hundredths of a second, and follow the name in brackets.
     let fields: Vec<&str> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
     let ticks = |k: usize| fields.get(k).and_then(|field| field.parse::<f64>().ok());
     match (ticks(11), ticks(12)) {
@@ -50,7 +50,6 @@ fn processor() -> f64 {
     }
 }
 
-/// Largest resident memory so far, MB.
 fn peak_memory() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -58,7 +57,6 @@ fn peak_memory() -> f64 {
     kilobytes.map_or(f64::NAN, |kilobytes| kilobytes / 1e3)
 }
 
-/// Stamps the kick and the last stick.
 #[derive(Default)]
 struct Stopwatch {
     kick: Option<Instant>,
@@ -82,7 +80,8 @@ impl Recorder for Stopwatch {
     }
 }
 
-/// Medians, in ms, of: making the case, sliding to the kick, from there to the last stick, that one, and the summary.
+/// Medians in ms for: making the case, sliding to the kick, from the kick to the last stick, the last stick, and the
+/// summary.
 fn phases(study: &Study) -> [f64; 5] {
     let count = study.point_count().expect("a sample");
     let mut parts: [Vec<f64>; 5] = Default::default();
@@ -108,7 +107,7 @@ fn phases(study: &Study) -> [f64; 5] {
     })
 }
 
-/// Runs the points of the study on so many threads, without writing.
+/// Runs the points of the study on `workers` threads, without writing.
 fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<PointOutcome>)) -> [f64; 2] {
     let points = (0..study.point_count().expect("a sample")).filter_map(|number| study.point(number));
     let clock = Clock::start();
@@ -121,7 +120,7 @@ fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<PointOutcom
     clock.stop()
 }
 
-/// The whole sweep, with its journal and its file; of what is in the journal already, the file alone.
+/// Runs the whole sweep, with its journal and its file. With a complete journal it only writes the file.
 fn sweeping(study: &Study, workers: usize, path: &Path, resume: bool) -> [f64; 2] {
     let clock = Clock::start();
     let sweep = Sweep::new(study, path).resume(resume).workers(workers);
@@ -129,7 +128,7 @@ fn sweeping(study: &Study, workers: usize, path: &Path, resume: bool) -> [f64; 2
     clock.stop()
 }
 
-/// What it takes to put the outcomes into the journal, in the groups in which the pool handed them over, and into the file.
+/// Cost of writing the outcomes into the journal, in the groups that the pool handed over, and into the file.
 fn writing(study: &Study, groups: &[Vec<PointOutcome>]) -> [f64; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bench.h5");
@@ -159,7 +158,7 @@ fn main() {
             let [one, one_processor] = computing(&study, 1, |_| ());
             let mut groups = Vec::new();
             let [two, two_processor] = computing(&study, 2, |group| {
-                // All of 100,000 would be what fills the memory.
+                // The outcomes of 100,000 points would fill the memory.
                 if count == 1000 {
                     groups.push(group);
                 }

@@ -1,9 +1,9 @@
-//! Runs of two trains: cycles of a block on a belt by method, and what a step costs by the number of inertias.
+//! Runs of two trains: cycles of a block on a belt by method, and the cost of a step by the number of inertias.
 //!
 //!     cargo bench --bench trains
 //!
-//! The lines "a step" give its cost: the shortest of five runs to 300 s less that to 50 s, over the difference of their steps,
-//! which leaves out what a run costs before its first step.
+//! The lines "a step" give this cost: the shortest time of five runs to 300 s minus that of five runs to 50 s, over the
+//! difference of their steps. This leaves out the cost of a run before its first step.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -28,7 +28,7 @@ fn run(case: &Case, method: Method, end_time: f64) -> RunReport {
     Run::of_system(&case.system, 0.0, &solver, &output).start().unwrap()
 }
 
-/// A chain of so many equal inertias on a belt.
+/// A chain of this many equal inertias on a belt.
 fn chain(inertias: u32) -> Case {
     let list = |value: f64| format!("{:?}", vec![value; inertias as usize]);
     let text = format!(
@@ -64,7 +64,7 @@ fn trains(criterion: &mut Criterion) {
     }
 }
 
-/// Prints what a step costs in chains of several lengths, and its ratio to the inertias.
+/// Prints the cost of a step in chains of several lengths, and its ratio to the number of inertias.
 fn costs_of_a_step(method: Method) {
     let shortest = |case: &Case, end_time: f64| {
         let runs = (0..5).map(|_| {

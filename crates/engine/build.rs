@@ -1,4 +1,5 @@
-//! Bindings for the parts of SUNDIALS that sundials-sys leaves out (it links ARKODE without bindings), with its types.
+//! Binds the parts of SUNDIALS that sundials-sys leaves out: it links ARKODE without bindings. Its types are used.
+//!
 //! The return flags become tables of names, read from the headers. The compiler's version is recorded for results.
 
 use std::collections::BTreeMap;
@@ -115,7 +116,7 @@ impl Found {
     }
 
     fn flag_table(&self, text: &mut String, name: &str, prefix: &str, origin: &str) {
-        // The prefix also names modes: a flag is negative or one of these.
+        // The prefix also names modes: a flag is negative, or one of NOT_NEGATIVE.
         const NOT_NEGATIVE: [&str; 4] = ["SUCCESS", "TSTOP_RETURN", "ROOT_RETURN", "WARNING"];
         const MODES: [&str; 2] = ["ADAPT_", "INTERP_NONE"];
         let mut flags: BTreeMap<i64, &str> = BTreeMap::new();
@@ -125,7 +126,7 @@ impl Found {
             };
             let is_mode = MODES.iter().any(|mode| rest.starts_with(mode));
             if (value < 0 && !is_mode) || NOT_NEGATIVE.contains(&rest) {
-                // If two names share a number (ARK_POSTPROCESS_FAIL and _STEP_FAIL), the last is kept.
+                // If two names share a number (ARK_POSTPROCESS_FAIL and _STEP_FAIL), the last one is kept.
                 flags.insert(value, macro_name);
             }
         }
@@ -144,7 +145,6 @@ impl Found {
     }
 }
 
-/// Records the compiler's version for the results.
 fn name_compiler() {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc).arg("--version").output().ok();

@@ -1,4 +1,4 @@
-//! `stickslip calibrate`: parameters that reproduce measured numbers.
+//! `stickslip calibrate`: finds parameters that reproduce measured values.
 
 use super::arguments::{CalibrateOptions, Common};
 use super::input::{interrupt_flag, overwrite};
@@ -18,7 +18,7 @@ use stickslip_case::CaseError;
 use stickslip_files::Reservation;
 use stickslip_files::disk::same_file;
 
-/// From this correlation on, the data determine a combination of two parameters rather than each one.
+/// From this correlation on, the data determine a combination of two parameters rather than each of them.
 const TRADED: f64 = 0.9;
 
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, CommandError> {
@@ -28,7 +28,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<C
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
-    // Before the file is created: from then on an interruption ends the calibration cleanly.
+    // Set before the file is created, so that an interruption ends the calibration cleanly from then on.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
     if let Some(case) = &options.case {
@@ -76,7 +76,6 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
     CalibrationStudy::parse(source, &options.runs.overrides()?)
 }
 
-/// Refuses an unusable case target before anything is computed.
 fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
     if same_file(case, result) {
         return Err(CommandError::input(format!(
@@ -119,7 +118,7 @@ fn document(
             key: key(k),
             unit: axis.unit.unwrap_or("1"),
             optimum: calibration.parameters[k],
-            // Only if targets are set aside.
+            // Exists only if targets are set aside.
             compromise: calibration.compromise.as_ref().map(|point| point.parameters[k]),
             least: interval.map(|interval| interval.least),
             largest: interval.map(|interval| interval.largest),
@@ -134,18 +133,18 @@ fn document(
             value: target.value,
             half_width: target.half_width,
             weight: target.weight,
-            // `None`: the run lacks the quantity.
+            // `None` if the run lacks the quantity.
             here: known(result.here),
             residual: known(result.residual),
-            // The least residual within the ranges.
+            // Least residual within the ranges.
             nearest: known(result.nearest),
-            // Contradicting target: the least residual with it, and the targets that could be set aside instead.
+            // For a contradicting target: the least residual together with it, and targets to set aside instead.
             together: known(result.together),
             instead: names(study, &result.instead),
             role: result.role.name(),
         }
     };
-    // `None`: one of the two does not vary.
+    // `None` if one of the two does not vary.
     let correlation = |pair: &Correlation| {
         document! {
             parameters: pair.parameters.map(key),
@@ -156,14 +155,14 @@ fn document(
     document! {
         status: if calibration.interrupted { "interrupted" } else { "complete" },
         file: file.display().to_string(),
-        // The case with the calibrated parameters, if requested.
+        // The case with the calibrated parameters, if it was requested.
         case: options.case.as_ref().map(|path| path.display().to_string()),
         study: study.runs.source.label(),
         title: study.runs.title.clone(),
         digest: study.digest(),
-        // Whether all targets that must be met are met.
+        // Whether all required targets are met.
         consistent: is_consistent(calibration),
-        // In half-widths, at the optimum, and at the compromise if targets are set aside.
+        // In half-widths, at the optimum; also at the compromise if targets are set aside.
         largest_residual: calibration.worst,
         largest_residual_of_compromise: calibration.compromise.as_ref().map(|point| point.worst),
         parameters: (0..study.runs.axes.len()).map(parameter).collect::<Vec<_>>(),
@@ -228,7 +227,7 @@ fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> Strin
 
 fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
     let row = |(target, result): (&Target, &TargetResult)| {
-        // The same decimals for each number, to 1/100 of the interval, so that residuals are visible.
+        // All numbers have the same decimals, to 1/100 of the interval, so that residuals are visible.
         let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());
         let number = |value: f64| or_none(finite(value), |value| format!("{value:.places$}"));
@@ -311,7 +310,6 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
     lines
 }
 
-/// Six significant digits, with an exponent if the number is far from 1.
 fn six_digits(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (1e-3..1e6).contains(&size) {

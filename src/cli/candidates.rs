@@ -20,7 +20,8 @@ fn candidate(value: &str, help: &str) -> CompletionCandidate {
     CompletionCandidate::new(value).help((!help.is_empty()).then(|| StyledStr::from(help.to_owned())))
 }
 
-/// Built-in names, and files with these extensions; without any of both, all files. Folders can be entered.
+/// Completes built-in names and files with these extensions, or all files if there are none of these. Folders can be
+/// entered.
 fn or_files(
     built_in: Vec<CompletionCandidate>,
     typed: &OsStr,
@@ -39,7 +40,6 @@ fn or_files(
     found
 }
 
-/// Built-in names that a command accepts, and files.
 fn of_command(command: &'static str, extensions: &'static [&'static str]) -> ArgValueCompleter {
     ArgValueCompleter::new(move |typed: &OsStr| {
         let start = typed.to_string_lossy();
@@ -73,7 +73,7 @@ pub(super) fn methods() -> ArgValueCandidates {
     ArgValueCandidates::new(|| Method::all().map(|method| candidate(method.name(), "")).collect())
 }
 
-/// Keys of a case with their assignment sign; arrays have their first element only.
+/// Keys of a case with their equals sign. Only the first element of an array is listed.
 pub(super) fn keys() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let of_short_form = schema::keys().map(|key| (key.path, key.description));
@@ -95,7 +95,6 @@ pub(super) fn channels() -> ArgValueCandidates {
     })
 }
 
-/// Channels of a comparison with their assignment sign.
 pub(super) fn columns() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let channels = Channel::ALL.iter().map(|channel| channel.name());

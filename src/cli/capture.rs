@@ -1,4 +1,4 @@
-//! A command inside another program, which receives the report and the document.
+//! Runs a command inside another program, which receives the report and the JSON document.
 
 use super::arguments::ProgressChoice;
 use super::captured::{Capturing, Said, Watch};
@@ -7,9 +7,9 @@ use clap::Parser;
 use std::ffi::OsString;
 use std::sync::Arc;
 
-/// Runs a command with these arguments (without the program's name). Report, document and messages are captured, beside
-/// the outcome; `watch` follows and stops the command. No signal handler and no logger is set. `export -o -` still
-/// writes to standard output.
+/// Runs a command with these arguments, without the program's name. Returns the captured report, document and
+/// messages, and the outcome. `watch` follows and stops the command. No signal handler and no logger is set. `export
+/// -o -` still writes to standard output.
 pub fn capture(
     arguments: impl IntoIterator<Item = OsString>,
     watch: Arc<Watch>,

@@ -1,4 +1,4 @@
-//! Output of a command inside another program: captured instead of printed.
+//! Output of a command inside another program, which is captured instead of printed.
 
 use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;
@@ -8,7 +8,7 @@ use stickslip_analysis::sweep::Executor;
 /// Captured output of a command.
 #[derive(Debug, Default)]
 pub struct Said {
-    /// Report for standard output, if the command has one besides its document.
+    /// Report for standard output, if the command has one in addition to its document.
     pub text: String,
     /// JSON document.
     pub document: Option<String>,
@@ -16,7 +16,7 @@ pub struct Said {
     pub messages: Vec<String>,
 }
 
-/// Channel between a program and its command: stop request, progress, executor.
+/// Channel between a program and its command, for stop requests, progress and an executor.
 #[derive(Debug, Default)]
 pub struct Watch {
     /// Stops the command cleanly.
@@ -26,14 +26,14 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Lets an executor run the points of a sweep instead of threads of this process.
+    /// Lets an executor run the points of a sweep, instead of threads of this process.
     pub fn let_run(&self, executor: Box<dyn Executor>) {
         if let Ok(mut slot) = self.executor.lock() {
             *slot = Some(executor);
         }
     }
 
-    /// Steps done and in total, for commands that count, such as `sweep`; `None` before the start.
+    /// Completed steps and their total, for commands that count, such as `sweep`; `None` before the start.
     pub fn progress(&self) -> Option<(u64, u64)> {
         self.progress.lock().ok().and_then(|progress| *progress)
     }
@@ -48,7 +48,6 @@ thread_local! {
     static CAPTURE: RefCell<Option<Capture>> = const { RefCell::new(None) };
 }
 
-/// Captures this thread's output during its lifetime.
 #[derive(Debug)]
 pub(super) struct Capturing(());
 
@@ -68,12 +67,11 @@ impl Capturing {
 
 impl Drop for Capturing {
     fn drop(&mut self) {
-        // Also after a panic; otherwise this thread would never print again.
+        // Also after a panic. Otherwise this thread would never print again.
         CAPTURE.with_borrow_mut(Option::take);
     }
 }
 
-/// Captures a text; `false` if nothing is captured.
 pub(super) fn text(text: &str) -> bool {
     with(|said| said.text.push_str(text))
 }
@@ -98,7 +96,6 @@ pub(super) fn progress(done: u64, total: u64) {
     });
 }
 
-/// The executor of a sweep's points, if it is not this process.
 pub(super) fn executor() -> Option<Box<dyn Executor>> {
     CAPTURE.with_borrow(|capture| capture.as_ref()?.watch.executor.lock().ok()?.take())
 }

@@ -25,11 +25,11 @@ use stickslip_system::record::{Channels, MemoryRecorder, State};
 
 const ROWS_AT_A_TIME: usize = 65_536;
 
-/// Limits of the oracle when it was not requested: digits, and the time after which the ladder decides.
+/// Limits of the exact solution if it was not requested: digits, and the time after which the ladder decides.
 const UNASKED: (u32, Duration) = (18, Duration::from_secs(600));
 
-/// Whether the oracle decides without `--oracle`. For a run that slows down by itself the ladder has its own verdict,
-/// down to the effect of rounding.
+/// Whether the exact solution decides without `--oracle`. For a run that slows down by itself the ladder has its own
+/// verdict, down to the effect of rounding.
 fn oracle_decides(case: &Case) -> bool {
     !case.stops()
 }
@@ -132,7 +132,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     let by_ladder = certificate.without_oracle.as_ref();
     let by_ladder = by_ladder.map(|why| format!("the uncertainties are those of the ladder alone: {why}"));
     if !common.quiet {
-        // The verdict reports an onset determined by noise.
+        // The verdict reports an onset that noise determines.
         let is_said = |warning: &&Warning| matches!(warning, Warning::NoiseDetermined { .. });
         let others = certificate.warnings.iter().filter(|warning| !is_said(warning));
         for warning in others.map(Warning::to_string).chain(by_ladder.clone()) {
@@ -158,7 +158,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         None => {
             let warnings = certificate.warnings.iter().map(Warning::to_string);
             let mut doubts: Vec<String> = warnings.chain(by_ladder.map(|why| why + ".")).collect();
-            // The verdict, not a warning, has reported an onset determined by noise.
+            // The verdict has reported an onset that noise determines. It is not repeated as a warning.
             let said = certificate.verdict == Verdict::Converged;
             if !said && doubts.is_empty() {
                 doubts.push(format!("the verdict on the events is {}.", certificate.verdict.name()));
@@ -197,11 +197,11 @@ fn draw(
 struct Obtained {
     path: PathBuf,
     record: MemoryRecorder,
-    /// The file, if it was created here and is temporary.
+    /// Set if the file was created here and is temporary.
     scratch: Option<Scratch>,
 }
 
-/// The given result file, or a run of the case beside the target; `None` if interrupted.
+/// The given result file, or a run of the case next to the target; `None` if interrupted.
 fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
@@ -270,7 +270,7 @@ fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultErr
     Ok(record)
 }
 
-/// The ladder, the oracle if required, and the sensitivities. An interruption after the ladder keeps the ladder.
+/// Computes the ladder, the exact solution if required, and the sensitivities. A later interruption keeps the ladder.
 fn examine(
     (case, written): (&Case, &Written),
     record: &MemoryRecorder,
@@ -301,7 +301,6 @@ fn examine(
     })
 }
 
-/// Adds to the error of a file without its case that the case itself must be certified.
 fn without_case(mut error: CommandError) -> CommandError {
     if error.text.contains("/input") {
         error.text +=

@@ -13,7 +13,6 @@ use stickslip_files::{ResultFile, check_target, schema::group, write_certified};
 use stickslip_oracle::{self as oracle, OracleError};
 use stickslip_system::quote::bound;
 
-/// Default digits of period and events.
 const DIGITS: u32 = 25;
 
 pub(super) fn is_one(path: &Path) -> bool {

@@ -19,7 +19,8 @@ use stickslip_files::{Addition, FileColumn};
 use stickslip_oracle::{OracleEvent, OracleSolution};
 use stickslip_system::quote::bound;
 
-/// Largest table on a terminal; longer ones show the first and last events, and the most influential parameters.
+/// Most rows of a table on a terminal. A longer one shows the first and last events, and the most influential
+/// parameters.
 const MOST_ROWS: usize = 24;
 
 pub(super) struct Report<'a> {
@@ -27,16 +28,13 @@ pub(super) struct Report<'a> {
     pub case: &'a Case,
     pub certified: &'a Certified,
     pub file: String,
-    /// File of the figure, if any.
     pub figure: Option<String>,
-    /// Data of the figure.
     pub onsets: &'a [Onset],
-    /// s.
+    /// Wall time, s.
     pub seconds: f64,
 }
 
 impl Report<'_> {
-    /// Text for a terminal.
     pub fn text(&self) -> String {
         let c = &self.certified.certificate;
         let header = [
@@ -111,7 +109,6 @@ impl Report<'_> {
         known_sensitivities(self.certified)?.result.as_ref()
     }
 
-    /// Explanation of "(smooth)" if the ladder contains it.
     fn smooth_stop(&self) -> &'static str {
         if !self.certified.certificate.ladder.iter().any(|rung| rung.smooth_stop) {
             return "";
@@ -233,7 +230,6 @@ impl Report<'_> {
         }
     }
 
-    /// JSON document.
     pub fn document(&self) -> Value {
         let c = &self.certified.certificate;
         let result = self.result();
@@ -323,7 +319,6 @@ impl Report<'_> {
     }
 }
 
-/// Sensitivities of the run's result, largest first.
 pub(super) fn sensitivities(found: &Sensitivities) -> String {
     let mut rows: Vec<&Sensitivity> = found.rows.iter().collect();
     rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
@@ -365,7 +360,7 @@ pub(super) fn sensitivities(found: &Sensitivities) -> String {
     let mut text = terminal::lines(&header, rows.iter().map(cells).chain(more), 1..6)
         .trim_end()
         .to_owned();
-    // Each remark once, with its reruns.
+    // Each remark is written once, with all its reruns.
     let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
     for row in rows {
         for (rerun, sign) in row.reruns.iter().flatten().zip(["-", "+"]) {
@@ -618,7 +613,7 @@ fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     group.attribute("parameter_units", list(|parameter| parameter.unit));
     group.dimension("event", events, "index of the event");
     group.dimension("parameter", parameters.len(), "index of the parameter");
-    // Nothing is known about an event that is not converged.
+    // An event that has not converged has no known derivative.
     let matrix = |of: fn(&Slope) -> f64| -> Vec<f64> {
         let row = |index: usize| match known.and_then(|known| known.events.get(index)) {
             Some(row) => row.iter().map(of).collect(),
@@ -646,7 +641,6 @@ fn sensitivity(case: &Case, certified: &Certified) -> Addition {
     group
 }
 
-/// The result that a run of the case should reach, if it failed to.
 fn expected(case: &Case) -> Affected {
     match case.stops() {
         true => Affected::FinalStick,
@@ -654,7 +648,8 @@ fn expected(case: &Case) -> Affected {
     }
 }
 
-/// The oracle's events as CSV: with the state after each event if the paper has letters for it, otherwise the mode.
+/// The events of the exact solution as CSV. They have the state after each event if the case has the paper's letters,
+/// else the mode.
 fn csv(words: Words, exact: &OracleSolution) -> String {
     let mut text = String::new();
     for (index, event) in exact.report.events.iter().enumerate() {

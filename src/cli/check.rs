@@ -7,7 +7,7 @@ use stickslip_files::{CheckReport, Reason, check as check_file};
 pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let path = options.file.display();
     let report = check_file(&options.file).map_err(|error| match error.reason {
-        // Apparently a file of this program, but wrong.
+        // The file seems to be of this program, but is wrong.
         Reason::Damaged(_) | Reason::BeyondLimits(_) => CommandError::computation(error),
         _ => error.into(),
     })?;

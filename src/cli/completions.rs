@@ -1,5 +1,5 @@
 //! `stickslip completions`: shell completion. The shell asks the program itself through an environment variable, so
-//! that names and keys are those of this version.
+//! that names and keys are those of the installed version.
 
 use super::arguments::{Arguments, Common, CompletionsOptions, Shell};
 use super::{CommandEnd, CommandError, print, print_json};
@@ -7,18 +7,17 @@ use clap::CommandFactory;
 use clap_complete::CompleteEnv;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
 
-/// Environment variable of a request; its value is the shell's name.
 const ASKED: &str = "STICKSLIP_COMPLETE";
 const NAME: &str = "stickslip";
 
-/// zsh calls a script in `fpath` for the first word already.
+/// zsh calls a script in `fpath` already for the first word.
 const FIRST_WORD_IN_ZSH: &str = "
 if [ \"$funcstack[1]\" = \"_stickslip\" ]; then
     _clap_dynamic_completer_stickslip \"$@\"
 fi
 ";
 
-/// Answers a completion request of a shell and ends the process; otherwise does nothing.
+/// Answers the completion request of a shell, and ends the process. Without a request it does nothing.
 pub fn complete_if_asked() {
     CompleteEnv::with_factory(Arguments::command)
         .var(ASKED)

@@ -1,4 +1,4 @@
-//! `stickslip cycle`: a periodic motion.
+//! `stickslip cycle`: finds a periodic motion.
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
@@ -205,7 +205,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     Ok(CommandEnd::Done)
 }
 
-/// The case is at fault if it has no cycle, otherwise the search.
+/// The input is wrong if the case has no cycle; otherwise the search failed.
 pub(super) fn cycle_error(error: &CycleError) -> CommandError {
     match error {
         CycleError::NotPeriodic(_) | CycleError::NoCase(_) => CommandError::input(error),
@@ -213,7 +213,7 @@ pub(super) fn cycle_error(error: &CycleError) -> CommandError {
     }
 }
 
-/// A time since the start of the period in the file, which starts at phase zero of the drives.
+/// Converts a time (s) since the start of the cycle to that in the file, which starts at the drives' phase zero.
 fn time_in_file(orbit: &Orbit, case: &stickslip_case::Case, time: f64) -> f64 {
     let shift = match orbit.multiple {
         Some(multiple) => orbit.time - orbit.period / f64::from(multiple),

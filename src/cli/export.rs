@@ -1,4 +1,4 @@
-//! `stickslip export`: tables of a result in other formats.
+//! `stickslip export`: writes tables of a result in other formats.
 
 use super::arguments::{Common, ExportOptions};
 use super::input::interrupt_flag;
@@ -20,7 +20,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
             "-o - writes CSV to standard output, where --json has its document; leave one of them out",
         ));
     }
-    // `None`: times of the samples.
+    // `None` means the times of the samples.
     let times = match (&options.at, options.rate, options.interval) {
         (Some(path), ..) => Some(Times::At(export::read_times(path)?)),
         (None, Some(rate), _) => Some(Times::Rate(rate)),
@@ -68,7 +68,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
             rows: found.table.rows,
             columns: &found.table.columns;
             optional:
-            // Method that gave values between the samples.
+            // Method that computed values between the samples.
             evaluated: found.origin.evaluated.as_deref(),
             // Columns that exist only at the samples.
             left_out: Some(left_out).filter(|left_out| !left_out.is_empty()),
@@ -127,7 +127,6 @@ fn without(left_out: &[String]) -> String {
     format!("without {}, which are known at the samples alone", left_out.join(", "))
 }
 
-/// Tells how far the run goes if the window exceeds it.
 fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
     let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
         return Ok(());
@@ -143,7 +142,6 @@ fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> R
     Ok(())
 }
 
-/// Tells how far an incomplete run goes.
 fn tell_status(file: &ResultFile, common: &Common) {
     if common.quiet || *file.status() == Status::Complete {
         return;
@@ -160,7 +158,7 @@ fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Comma
         author: options.author.clone(),
         license: options.license.clone(),
     };
-    // A signal would leave the folder in which the package is made.
+    // A signal would leave behind the folder in which the package is made.
     let stop = interrupt_flag()?;
     let Some(written) = benchmark::write(&options.file, &options.output, &terms, options.force, &stop)? else {
         return interrupted(common, "; no package was written");

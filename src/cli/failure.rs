@@ -1,4 +1,4 @@
-//! Classification of errors (wrong input or failed computation), and their JSON.
+//! Classification of errors (wrong input or failed computation), and their JSON form.
 
 use super::{CommandError, DOCUMENT_IS_PRINTED, print_json};
 use crate::export::ExportError;
@@ -32,9 +32,9 @@ pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Fai
     if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
-    // Kinds: usage, input, computation, interrupted; `places` may be empty.
+    // Kinds are usage, input, computation and interrupted. `places` may be empty.
     let error = document! { kind: kind, message: message, exit_status: exit_status, places: places };
-    // If standard output fails, standard error still has the message.
+    // If standard output fails, the message is still on standard error.
     let _ = print_json(&document! { error: error });
 }
 

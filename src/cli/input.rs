@@ -1,4 +1,4 @@
-//! Inputs and outputs that commands share.
+//! Inputs and outputs common to several commands.
 
 use super::{CommandError, INTERRUPTED};
 use signal_hook::consts;
@@ -11,17 +11,15 @@ use stickslip_files::{Overwrite, is_hdf5, open_sound};
 
 const STANDARD_INPUT: &str = "-";
 
-/// A case argument, not yet parsed.
 pub(super) struct GivenCase {
     pub source: CaseSource,
-    /// Text for /input/case; a repeated run passes on the text of the first one.
+    /// Text for /input/case. A repeated run passes on the text of the first run.
     pub text: String,
-    /// Inputs, which must not be overwritten.
     pub files: Vec<PathBuf>,
 }
 
 impl GivenCase {
-    /// A file, a result whose case is repeated, or a built-in case.
+    /// Reads a file, a result whose case is repeated, or a built-in case.
     pub fn read(case: &str) -> Result<GivenCase, CommandError> {
         let path = Path::new(case);
         let mut text = None;
@@ -47,7 +45,6 @@ impl GivenCase {
     }
 }
 
-/// The overrides of a command: each `--set`, then `--method`.
 pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Override>, CaseError> {
     let method = method.map(|method| format!("solver.method={method}"));
     set.iter()
@@ -60,7 +57,7 @@ fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
 }
 
-/// The named result file, or one named after the case; an error for a case from standard input, which has no name.
+/// The result file as named, or named after the case. A case from standard input has no name, which is an error.
 pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, CommandError> {
     match (named, &source.origin) {
         (Some(path), _) => Ok(path.to_owned()),
@@ -72,7 +69,6 @@ pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str)
     }
 }
 
-/// With `force` any file but an input.
 pub(super) fn overwrite(force: bool) -> Overwrite {
     match force {
         true => Overwrite::Force,
@@ -80,7 +76,7 @@ pub(super) fn overwrite(force: bool) -> Overwrite {
     }
 }
 
-/// Columns of a mapping file, overridden by options, with the names of a reference.
+/// Columns from a mapping file, overridden by options, with the names of a reference.
 pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[String]) -> Result<Mapping, CompareError> {
     let mut mapping = match file {
         Some(path) => reference.mapping().with_file(path)?,
@@ -90,15 +86,15 @@ pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[Str
     Ok(mapping)
 }
 
-/// A flag set by Ctrl-C and the termination signals; the run then ends cleanly. A second Ctrl-C or SIGTERM ends the process at
-/// once. (Terminals send SIGHUP twice.)
+/// A flag that Ctrl-C and the termination signals set; the run then ends cleanly. A second Ctrl-C or SIGTERM ends the
+/// process at once. A second SIGHUP does not, because terminals send it twice.
 pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     if let Some(flag) = super::captured::stop() {
         return Ok(flag);
     }
     let flag = Arc::new(AtomicBool::new(false));
     let failed = |error| CommandError::computation(format!("the signal handler could not be set: {error}"));
-    // Before the handler that sets the flag: handlers run in the order of registration.
+    // Registered before the handler that sets the flag, because handlers run in the order of registration.
     for signal in [consts::SIGINT, consts::SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag.clone()).map_err(failed)?;
     }
@@ -116,7 +112,7 @@ pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     Ok(flag)
 }
 
-/// A temporary result, which is removed with its partial file however the command ends.
+/// A temporary result. It is removed with its partial file, however the command ends.
 pub(super) struct Scratch(pub(super) PathBuf);
 
 impl Drop for Scratch {

@@ -1,11 +1,10 @@
-//! `stickslip inspect`: what a file holds.
+//! `stickslip inspect`: lists what a file contains.
 
 use super::arguments::{Common, InspectOptions};
 use super::{CommandEnd, CommandError, complain, print, print_json, terminal};
 use stickslip_files::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
 use stickslip_files::{AttributeInfo, Contents, VariableInfo};
 
-/// Lists the contents of a run, a sweep or a work-precision study.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let contents = Contents::read(&options.file)?;
     if contents.growing && !common.quiet {
@@ -28,7 +27,7 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<Comma
     Ok(CommandEnd::Done)
 }
 
-/// Group by group: attributes as NAME = VALUE, variables as a table.
+/// The contents group by group: attributes as NAME = VALUE, variables as a table.
 fn listing(contents: &Contents) -> String {
     let of_attributes = contents.attributes.iter().map(|a| a.group.as_str());
     let all = of_attributes.chain(contents.variables.iter().map(|v| v.group.as_str()));
@@ -51,7 +50,7 @@ fn listing(contents: &Contents) -> String {
         .join("\n")
 }
 
-/// Unit and description, which are separate attributes in the file, follow their quantity.
+/// Units and descriptions, which are separate attributes in the file, follow their quantity.
 fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
     let companion = |name: &str, suffix: &str| {
         let name = format!("{name}{suffix}");

@@ -1,4 +1,4 @@
-//! `stickslip man`: manual pages from the definitions of `--help`.
+//! `stickslip man`: writes manual pages from the definitions of `--help`.
 
 use super::arguments::{Arguments, Common, ManOptions};
 use super::{CommandEnd, CommandError, tell};
@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use stickslip_files::disk::write_whole;
 
-/// Writes a page for the program and for each command, over earlier ones.
+/// Writes a page for the program and one for each command. Earlier pages are replaced.
 pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let folder = &options.folder;
     let written = pages(folder).map_err(|(path, error)| {

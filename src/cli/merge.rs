@@ -1,4 +1,4 @@
-//! `stickslip merge`: the shards of a sweep as one file.
+//! `stickslip merge`: joins the shards of a sweep in one file.
 
 use super::arguments::{Common, MergeArguments};
 use super::{CommandEnd, CommandError, tell};

@@ -1,20 +1,20 @@
-//! The command line: from arguments to validated options to a call.
+//! The command line: arguments become validated options, and options a call.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
-//! | `arguments`, `candidates`, `builtins` | options; words that a shell proposes; built-in cases and studies |
-//! | `run`, `certify`, `certify_report`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or judge a result |
+//! | `arguments`, `candidates`, `builtins` | options; words that a shell completes; built-in cases and studies |
+//! | `run`, `certify`, `certify_report`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or assess a result |
 //! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
 //! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
 //! | `completions`, `man` | completions and manual pages |
-//! | `input`, `terminal`, `progress`, `failure` | what commands share |
+//! | `input`, `terminal`, `progress`, `failure` | common parts of commands |
 //! | `capture`, `captured` | a command inside another program |
 #![expect(
     non_camel_case_types,
     reason = "the type of a value of a `document!` is called as its key"
 )]
 
-/// A JSON document with these keys in order; `optional` keys without a value are omitted.
+/// Builds a JSON document with these keys in order; `optional` keys without a value are omitted.
 macro_rules! document {
     ($($key:ident: $value:expr),+ $(; optional: $($other:ident: $option:expr),+)? $(,)?) => {{
         #[derive(serde::Serialize)]
@@ -73,15 +73,14 @@ use stickslip_system::quote;
 pub enum CommandEnd {
     /// Complete: exit status 0.
     Done,
-    /// Stopped by Ctrl-C or a termination signal; all results so far are saved.
+    /// The command was stopped by Ctrl-C or a termination signal. All results so far are saved.
     Interrupted,
 }
 
-/// Exit status after an interruption.
 const INTERRUPTED: u8 = 130;
 
 impl CommandEnd {
-    /// The exit status. With `json`, a command that was interrupted before its document reports that in one.
+    /// The exit status. With `json`, a command that was interrupted before its document reports this in a document.
     pub fn report(self, json: bool) -> ExitCode {
         match self {
             CommandEnd::Done => ExitCode::SUCCESS,
@@ -95,17 +94,15 @@ impl CommandEnd {
     }
 }
 
-/// Why a command failed, in one short paragraph.
+/// The reason why a command failed, in one short paragraph.
 #[derive(Debug)]
 pub struct CommandError {
     is_input: bool,
     text: String,
-    /// Known places of the error.
     places: Vec<FailurePlace>,
 }
 
 impl CommandError {
-    /// Wrong usage or input: exit status 2.
     fn input(text: impl ToString) -> CommandError {
         CommandError {
             is_input: true,
@@ -114,7 +111,6 @@ impl CommandError {
         }
     }
 
-    /// Failed computation: exit status 1.
     fn computation(text: impl ToString) -> CommandError {
         CommandError {
             is_input: false,
@@ -122,7 +118,8 @@ impl CommandError {
         }
     }
 
-    /// Writes the message to stderr and, with `json`, a document to stdout unless one is there. Returns the status.
+    /// Writes the message to stderr. With `json` it also writes a document to stdout, unless there is one already.
+    /// Returns the exit status.
     pub fn report(&self, json: bool) -> ExitCode {
         let (kind, status) = match self.is_input {
             true => ("input", 2),
@@ -136,7 +133,7 @@ impl CommandError {
         ExitCode::from(status)
     }
 
-    /// Whether usage or input is wrong.
+    /// Whether usage or input is wrong, rather than the computation.
     pub fn is_input(&self) -> bool {
         self.is_input
     }
@@ -150,7 +147,7 @@ impl CommandError {
 /// Runs a command.
 ///
 /// # Errors
-/// Wrong input, or a computation that failed.
+/// The input is wrong, or the computation failed.
 pub fn execute(arguments: Arguments) -> Result<CommandEnd, CommandError> {
     let Arguments { command, common } = arguments;
     let level = match (common.quiet, common.verbose) {
@@ -163,7 +160,7 @@ pub fn execute(arguments: Arguments) -> Result<CommandEnd, CommandError> {
         .filter_level(level)
         .format_target(false)
         .init();
-    // Turns a limit on file sizes from a silent end of the program into a write error.
+    // Turns a limit on file sizes into a write error; by default it ends the program silently.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
         .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
@@ -194,7 +191,7 @@ fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, CommandErro
     }
 }
 
-/// Writes to standard output without control characters; a closed pipe (`stickslip case paper | head`) is no error.
+/// Writes to standard output, without control characters. A closed pipe (`stickslip case paper | head`) is no error.
 fn print(text: &str) -> Result<(), CommandError> {
     use std::io::Write;
     if captured::text(text) {
@@ -208,7 +205,6 @@ fn print(text: &str) -> Result<(), CommandError> {
     }
 }
 
-/// Writes a message to standard error, and ignores failures.
 fn complain(text: &str) {
     if captured::message(text) {
         return;
@@ -221,7 +217,7 @@ fn say(text: &str) {
     let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
 }
 
-/// Refuses a file named `-` where users might expect standard output.
+/// Refuses a file named `-`, which users might take for standard output.
 fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     match command.files().into_iter().find(|(_, path)| path.as_os_str() == "-") {
         Some((option, _)) => Err(CommandError::input(format!(
@@ -232,7 +228,7 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     }
 }
 
-/// The end of a successful command: with --strict a warning is an error. Prints the doubts unless they were `said`.
+/// Ends a successful command. With --strict a warning is an error. Prints the doubts unless they were `said`.
 fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<CommandEnd, CommandError> {
     if !strict || doubts.is_empty() {
         return Ok(CommandEnd::Done);
@@ -248,7 +244,6 @@ fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path)
     )))
 }
 
-/// The end of an interrupted command, with a message unless --quiet.
 fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
     if !common.quiet {
         complain(&format!("interrupted{how}"));
@@ -256,7 +251,7 @@ fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
     Ok(CommandEnd::Interrupted)
 }
 
-/// Prints the JSON document or the report of a command; with --quiet alone neither.
+/// Prints the JSON document or the report of a command. With --quiet and without --json it prints neither.
 fn tell<D: serde::Serialize>(
     common: &Common,
     document: impl FnOnce() -> D,
@@ -273,7 +268,7 @@ fn wants_json(common: &Common) -> bool {
     common.json || captured::now()
 }
 
-/// Whether to print the report: instead of the document, or in addition if both are captured.
+/// Whether to print the report: instead of the document, or in addition to it if both are captured.
 fn wants_text(common: &Common) -> bool {
     captured::now() || !(common.json || common.quiet)
 }

@@ -1,4 +1,4 @@
-//! `stickslip modes`: frequencies, damping and the loss of stability.
+//! `stickslip modes`: reports frequencies, damping and the loss of stability.
 
 use super::arguments::{Common, ModesOptions};
 use super::input::{GivenCase, overrides};
@@ -16,10 +16,10 @@ use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, Motion};
 use stickslip_system::model::margin;
 
-/// Rounding of an eigenvalue, relative to the largest.
+/// Rounding of an eigenvalue, relative to the largest one.
 const ROUNDING: f64 = 1e-13;
 
-/// Digits of critical values; eigenvalues of stiff bristles have no more.
+/// Number of digits of critical values. Eigenvalues of stiff bristles have no more.
 const CRITICAL: usize = 8;
 
 #[derive(Serialize)]
@@ -138,8 +138,8 @@ fn headline(modes: &SlowingModes, motion: Motion) -> String {
     pairs(rows)
 }
 
-/// The modes with the velocities of all inertias, without the separated state: its modes are those of slip where
-/// friction does not fall.
+/// Table of the modes with the velocities of all inertias. The separated state is omitted: its modes are those of
+/// slip under friction that does not fall.
 fn shape_table(slowing: &SlowingModes, modes: &SystemModes, motion: Motion) -> String {
     let states = || modes.states.iter().filter(|state| state.state != "separated");
     let of_chains = states()
@@ -182,14 +182,14 @@ fn or_dash(number: Option<f64>, text: impl Fn(f64) -> String) -> String {
     number.map_or_else(|| "-".to_owned(), text)
 }
 
-/// Whether sliding is unstable for less than one oscillation. Growth rates assume quasi-steady friction, which means
-/// nothing over a fraction of an oscillation.
+/// Whether sliding is unstable for less than one oscillation. Growth rates assume quasi-steady friction, and are
+/// meaningless over a fraction of an oscillation.
 fn is_brief(modes: &SlowingModes) -> bool {
     let lost = modes.instability.as_ref();
     lost.is_some_and(|lost| lost.window() < modes.natural_period)
 }
 
-/// A growth rate (1/s) at a sliding speed; none if the instability is over before an oscillation.
+/// A growth rate (1/s) at a sliding speed; none if the instability is over before one oscillation.
 fn growth(modes: &SlowingModes, speed: Option<f64>, rate: f64) -> String {
     let unstable = speed.is_some_and(|x| match (modes.critical_speed, modes.critical_speeds.as_slice()) {
         (Some(critical), []) => x < critical,
@@ -202,7 +202,7 @@ fn growth(modes: &SlowingModes, speed: Option<f64>, rate: f64) -> String {
     }
 }
 
-/// The velocity in phase with the largest one.
+/// Component of the velocity in phase with the largest one.
 fn shape(mode: &SystemMode, coordinate: &str) -> String {
     mode.shape
         .iter()
@@ -215,7 +215,6 @@ fn shape(mode: &SystemMode, coordinate: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Rows of the damping curve at important fractions of the critical speed.
 fn damping_table(modes: &SlowingModes, motion: Motion) -> String {
     let speed = format!("omega_r {}", speed_unit(motion));
     let damping = format!(
@@ -324,7 +323,6 @@ fn period(seconds: f64) -> String {
     }
 }
 
-/// `digits` significant digits without trailing zeros.
 fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -394,7 +392,6 @@ fn operating(point: &OperatingPoint, motion: Motion) -> String {
     pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
 }
 
-/// The modes with the inertia that moves most.
 fn mode_table(modes: &SystemModes, motion: Motion) -> String {
     let header = ["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"];
     let rows = modes.states.iter().flat_map(|state| {
@@ -429,7 +426,6 @@ fn rough(value: f64) -> String {
     }
 }
 
-/// Changes of stability, a row each.
 fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     let of_speed = format!("omega_r, {}", speed_unit(motion));
     let searches = [
@@ -468,7 +464,6 @@ fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     )
 }
 
-/// Features that the case lacks.
 fn absent(modes: &SystemModes) -> String {
     let mut text = String::new();
     for (k, absent) in modes.absent.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! `stickslip plot`: figures and pages of files.
+//! `stickslip plot`: draws figures and pages of files.
 
 use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
 use super::input::columns;
@@ -39,7 +39,6 @@ struct ListedFigure {
     of: &'static str,
 }
 
-/// Draws figures of one or several runs, or writes a page.
 pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if options.list {
         return list(options, common);
@@ -79,7 +78,7 @@ fn finish(
             files: &written,
             not_drawn: &chosen.not_drawn;
             optional:
-            // Sampling for `stickslip run FILE --set ...` that figures lack.
+            // Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
             sampling: chosen.sampling.as_deref(),
             distributions: Some(&chosen.distributions)
                 .filter(|of_studies| !of_studies.is_empty())
@@ -116,7 +115,7 @@ fn refusal(path: &Path, why: &str) -> CommandError {
     CommandError::input(format!("{}: {why}", path.display()))
 }
 
-/// The figures of a file of many runs; `None` for files of single runs.
+/// The figures of a file with many runs; `None` for a file with a single run.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::input)?;
     for path in &options.files {
@@ -170,7 +169,6 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
     )))
 }
 
-/// Draws a candidate beside a result: figures of the comparison, or the requested channels.
 fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<CommandEnd, CommandError> {
     let [file] = &options.files[..] else {
         return Err(CommandError::input(format!(
@@ -210,7 +208,7 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<Co
     finish(options, &Chosen::of(figures), &inputs, common)
 }
 
-/// For other kinds of files or newer versions, adds the list of files that can be drawn.
+/// Adds the list of files that can be drawn to the error of another kind of file or a newer version.
 fn no_run(error: PlotError) -> CommandError {
     let known = matches!(&error, PlotError::Result(error) if matches!(
         error.reason,
@@ -277,7 +275,6 @@ fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<Co
     Ok(CommandEnd::Done)
 }
 
-/// All figures with their kinds of files; with a file, the figures that it can have.
 fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let listed = match options.files.first() {
         Some(path) => listed_of(path, options)?,
@@ -341,7 +338,6 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, Co
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
 }
 
-/// Tells how far an incomplete run can be drawn.
 fn tell_status(run: &DrawnRun) {
     let how = match run.status() {
         Status::Complete => return,
@@ -355,7 +351,6 @@ fn tell_status(run: &DrawnRun) {
     ));
 }
 
-/// The requested figures, and those of the catalogue that the run lacks.
 fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&Entry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
         if let (Some(from), Some(to)) = (options.from, options.to)
@@ -386,7 +381,7 @@ fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&Entry]) -> Result<
     }
     let missing: Vec<_> = absent.iter().map(|(_, missing)| missing).collect();
     chosen.sampling = catalogue::sampling(subject.run, &missing);
-    // Figures requested by name must exist.
+    // A figure that was requested by name must exist.
     if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
         let path = subject.run.path().display();
         let remedy = chosen.sampling.as_deref().map(|text| remedy(text, subject.run.path()));
@@ -452,7 +447,7 @@ fn own_figures(options: &PlotOptions, runs: &[DrawnRun]) -> Result<Vec<Figure>, 
     Ok(figures)
 }
 
-/// Extensions that are certainly no folder names.
+/// Extensions that certainly belong to no folder.
 const OTHER_FORMATS: [&str; 14] = [
     "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif", "webp", "html", "h5", "csv", "npz", "mat", "json",
 ];
@@ -516,7 +511,7 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
     Ok(written)
 }
 
-/// Refuses to replace, under a name that this program chose, the figure of other files than those of `source`.
+/// Refuses to replace a figure of other files than `source`, if this program chose the name of the new figure.
 pub(super) fn spare(path: &Path, source: &str, product: Product) -> Result<(), PlotError> {
     let here = signature::names_in(source).unwrap_or_default();
     match target::drawn_from(path) {
@@ -530,7 +525,6 @@ pub(super) fn spare(path: &Path, source: &str, product: Product) -> Result<(), P
     }
 }
 
-/// The layout, if it has room for axes.
 fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
     let layout = Layout {
         width: options.width,
@@ -550,7 +544,7 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
 
 pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
 
-/// The target of another command's figure, checked before anything is computed.
+/// The target of a figure from another command, checked before anything is computed.
 pub(super) fn figure_target<'a>(
     path: Option<&'a Path>,
     force: bool,

@@ -12,13 +12,9 @@ use stickslip_analysis::continuation::Stored;
 use stickslip_files::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 
 pub(super) enum StudyKind {
-    /// One run, or an unknown file.
     Run,
-    /// Sweep or calibration.
     Sweep(Box<SweepFile>),
-    /// Work-precision study.
     WorkPrecision,
-    /// Continuation.
     Branches,
 }
 
@@ -27,7 +23,6 @@ pub(super) struct Chosen {
     pub figures: Vec<Figure>,
     pub not_drawn: Vec<NotDrawn>,
     pub sampling: Option<String>,
-    /// Distributions of the quantities of many runs.
     pub distributions: Vec<(StudyQuantity, Distribution)>,
 }
 
@@ -46,14 +41,13 @@ pub(super) struct NotDrawn {
     pub why: String,
 }
 
-/// The kind of file at `path`; an error for a shard of a sweep or a damaged file.
 pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
     let kind = match SweepFile::open(path) {
         Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
         Err(_) if WorkPrecisionFile::is_one(path) => StudyKind::WorkPrecision,
         Err(_) if Stored::is_one(path) => StudyKind::Branches,
-        // The command that draws the file reports the error.
+        // The command that draws the file will report the error.
         Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),
         Err(_) => StudyKind::Run,
     };
@@ -61,7 +55,6 @@ pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
     Ok(kind)
 }
 
-/// The choice in the options; an error for options that do not apply to many runs.
 pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     let place = |text: &String| match text.split_once('=') {
         Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
@@ -74,7 +67,6 @@ pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     })
 }
 
-/// The figures of a sweep or a calibration with the requested names, or all.
 pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
     let figures = named(studies::figures(file, choice)?, only, file.path())?;
     let mut chosen = Chosen::of(figures);
@@ -82,7 +74,7 @@ pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Re
     Ok(chosen)
 }
 
-/// The figures of a continuation for the requested quantities or names, or the most important ones.
+/// The figures of a continuation with the requested quantities or names, or the most important ones.
 pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, PlotError> {
     let file = Branches::read(path)?;
     let figures = match (quantities, only) {
@@ -111,7 +103,6 @@ fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<F
     }
 }
 
-/// A figure matches its full name, the name of its kind, or its number in the paper.
 fn is_named(figure: &Figure, name: &str) -> bool {
     let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
     let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);

@@ -1,4 +1,4 @@
-//! Progress bar: simulated time of runs, oracle and comparisons; runs of studies.
+//! Progress bars: simulated time of runs and comparisons, number of runs of studies.
 
 use super::arguments::{Common, ProgressChoice};
 use super::captured;
@@ -15,7 +15,6 @@ const MESSAGE: &str = "{bar:16} {msg}  {elapsed} (left {eta})";
 
 const TICKS: f64 = 1000.0;
 
-/// A progress bar, possibly hidden.
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
@@ -23,7 +22,6 @@ impl Bar {
         Bar(bar(common, TICKS as u64, MESSAGE))
     }
 
-    /// For a sweep: points, rate and remaining time.
     pub(super) fn of_points(common: &Common) -> Self {
         let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})");
         bar.set_message("0 points");
@@ -38,10 +36,9 @@ impl Bar {
         });
     }
 
-    /// Simulated time and digits of the oracle's current run.
     pub(super) fn oracle(&self, progress: OracleProgress) {
         let OracleProgress { digits, time, end_time } = progress;
-        // A further run with more digits.
+        // A further run with more digits has started.
         if !self.0.is_hidden() && ((TICKS * time / end_time) as u64) < self.0.position() {
             self.0.reset();
         }
@@ -62,7 +59,6 @@ impl Bar {
         });
     }
 
-    /// `done` steps `of` a known number.
     pub(super) fn count(&self, done: usize, of: usize, what: &str, under_way: &str) {
         captured::progress(done as u64, of as u64);
         if self.0.is_hidden() {
@@ -96,7 +92,6 @@ impl Bar {
         bar.set_message(format!("{}{more} points{failed}", progress.total));
     }
 
-    /// For a continuation, whose end is unknown.
     pub(super) fn of_branches(common: &Common) -> Self {
         Bar(bar(common, 1, "{spinner} {msg}  {elapsed}"))
     }
@@ -127,7 +122,6 @@ impl Bar {
     }
 }
 
-/// A bar on standard error, or a hidden one.
 fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
     let terminal = std::io::stderr().is_terminal();
     let shown = match common.progress {
@@ -141,7 +135,7 @@ fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
     let target = if terminal {
         ProgressDrawTarget::stderr()
     } else {
-        // Requested without a terminal: a few updates per second for readers of the stream.
+        // Requested without a terminal: a few updates per second suffice for readers of the stream.
         ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
     };
     let style = ProgressStyle::with_template(template)

@@ -1,10 +1,10 @@
-//! A reference argument.
+//! The argument that names a reference.
 
 use std::path::Path;
 use stickslip_analysis::SavedRun;
 use stickslip_compare::{CompareError, Reference};
 
-/// Opens a result file, or runs the case of a benchmark problem's folder.
+/// Opens a result file, or runs the case in the folder of a benchmark problem.
 pub(super) fn open_reference(path: &Path) -> Result<Reference, CompareError> {
     if !path.is_dir() {
         return Reference::open(path);

@@ -1,4 +1,4 @@
-//! `stickslip run`: a case is run into a file.
+//! `stickslip run`: runs a case, and writes the result file.
 
 use super::arguments::{Common, RunOptions};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
@@ -20,7 +20,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
         _ => ".h5",
     };
     let path = output_of(source, options.output.as_deref(), suffix)?;
-    // Before the partial file exists: from then on an interruption ends the run cleanly.
+    // Set before the partial file exists, so that an interruption ends the run cleanly from then on.
     let stop = interrupt_flag()?;
     let (bar, end_time) = (Bar::new(common), case.output.end_time);
     log::info!(
@@ -67,11 +67,11 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
             rtol: run.solver.rtol,
             // s.
             wall_time: run.wall_time,
-            // Computed results, saved or not.
+            // Computed results, whether saved or not.
             summary: &run.summary,
             warnings: &warnings;
             optional:
-            // The safe part of the file, if writing failed.
+            // The intact part of the file, if writing failed.
             saved: (write_error.is_some() || unsaved.is_some()).then_some(saved),
             witness: run.witness.as_ref(),
             error: error.as_ref(),
@@ -93,7 +93,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
     }
     let path = file.display();
     match error {
-        // Errors of the result file already name it.
+        // Errors of the result file name it already.
         Some(error) => {
             Err(CommandError::computation(unsaved.or(write_error).unwrap_or_else(
                 || format!("{error}. What was computed until then is in {path}"),

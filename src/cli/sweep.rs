@@ -1,4 +1,4 @@
-//! `stickslip sweep`: a study of many runs.
+//! `stickslip sweep`: runs a study of many runs.
 
 use super::arguments::{Common, SweepOptions};
 use super::input::{interrupt_flag, overwrite};
@@ -27,11 +27,11 @@ struct CurveDocument {
     nose: Option<[f64; 2]>,
 }
 
-/// Variables with the number of MPI processes: Open MPI; MPICH and relatives.
+/// Environment variables with the number of MPI processes, of Open MPI and of MPICH and its relatives.
 const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
-/// Refuses to be one of several MPI ranks, all of which would run the same points. A command inside another program
-/// (perhaps under `mpi4py.futures`) is exempt.
+/// Refuses to be one of several MPI ranks, because all of them would run the same points. A command inside another
+/// program, perhaps under `mpi4py.futures`, is exempt.
 fn refuse_ranks(options: &SweepOptions) -> Result<(), CommandError> {
     let size = |name: &&str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
     let is_rank = !captured::now() && options.shard.is_none() && MPI_SIZES.iter().filter_map(size).any(|size| size > 1);
@@ -109,7 +109,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
         );
         return interrupted(common, &how);
     }
-    // Other shards may have successful points; merge reports it.
+    // Other shards may have successful points; merge reports the case that none has.
     if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
         let (point, message) = &report.failures[0];
         return Err(CommandError::computation(format!(
@@ -144,7 +144,7 @@ fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     Study::parse(source, &options.runs.overrides()?)
 }
 
-/// The error of a study, with its journal if there is one.
+/// The message of a study's error, which names the journal if there is one.
 pub(super) fn resumable(error: &impl ToString, path: &Path) -> String {
     let (text, journal) = (error.to_string(), journal_path(path));
     match journal.exists() {
@@ -269,7 +269,6 @@ fn text_report(
     format!("{text}{}\n{}\n", spread(study, shard, report), report.file.display())
 }
 
-/// Distribution of the most important quantity over a sample; empty for chosen points.
 fn spread(study: &Study, shard: Option<Shard>, report: &SweepReport) -> String {
     if !matches!(study.design, Design::Rows(_)) || shard.is_some() {
         return String::new();

@@ -7,10 +7,10 @@ use stickslip_analysis::analysis::{HeadlineRow, Summary, headline};
 use stickslip_case::Case;
 use stickslip_engine::simulation::SolverOptions;
 
-/// Narrowest terminal whose tables are wrapped.
+/// Width of the narrowest terminal for which tables are wrapped.
 const NARROWEST: u16 = 40;
 
-/// A table as lines, without margins and trailing blanks. The columns `right` are numbers, right-aligned.
+/// The lines of a table, without margins and trailing blanks. The columns `right` are right-aligned numbers.
 pub(super) fn lines(
     header: &[&str],
     rows: impl IntoIterator<Item = Vec<String>>,
@@ -20,7 +20,7 @@ pub(super) fn lines(
     table
         .load_style(presets::NOTHING)
         .set_content_arrangement(ContentArrangement::Dynamic);
-    // A terminal without a known width reports 0 columns, or too few for a word.
+    // A terminal of unknown width reports 0 columns, or too few for a word.
     let size = console::Term::stdout().size_checked();
     if let Some((_, columns)) = size.filter(|(_, columns)| *columns >= NARROWEST) {
         table.set_width(columns);
@@ -46,10 +46,9 @@ pub(super) fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> St
     )
 }
 
-/// Width of a value beside the paper's.
+/// Width of a value, which stands next to the paper's.
 const VALUE: usize = 27;
 
-/// Length of the longest bar of a histogram.
 const BAR: usize = 40;
 
 pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> String {
@@ -62,7 +61,7 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     if found.without > 0 {
         text += &format!(", {} without a value", found.without);
     }
-    // Digits that resolve 1/100 of the interquartile range.
+    // These digits resolve 1/100 of the interquartile range.
     let spread = found.percentiles[4] - found.percentiles[2];
     let size = found.least.abs().max(found.largest.abs());
     let number = |value: f64| {
@@ -82,7 +81,7 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     let values = values.chain([found.largest, found.mean]).map(number).collect();
     let most = found.bars.iter().map(|bar| bar.2).max().unwrap_or(1).max(1);
     let bars = found.bars.iter().map(|&(from, to, count)| {
-        // Non-empty bars are visible.
+        // Every bar that is not empty is visible.
         let length = (count * BAR).div_ceil(most);
         vec![number(from), number(to), count.to_string(), "#".repeat(length)]
     });

@@ -1,4 +1,4 @@
-//! `stickslip work-precision`: errors and costs of methods.
+//! `stickslip work-precision`: measures errors and costs of methods.
 
 use super::arguments::{Common, FigureFormat, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
@@ -25,7 +25,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
-    // Checks everything before minutes are spent.
+    // Everything is checked before minutes of computation.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
     let names = signature::source(std::slice::from_ref(&path));
@@ -65,7 +65,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
                 reference: document! {
                     description: &result.reference.description,
                     events: result.reference.events.len(),
-                    // Of each error, s.
+                    // Uncertainty of each error, s.
                     uncertainty: result.uncertainty,
                 },
                 runs: &result.measurements,
@@ -85,7 +85,6 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     Ok(CommandEnd::Done)
 }
 
-/// The figure's files in a folder, which is created if missing.
 fn figure_targets(
     folder: Option<&Path>,
     force: bool,

@@ -1,12 +1,11 @@
-//! Comma-separated values: a header of names with units in brackets, numbers as the shortest decimal of the same
-//! double, codes as words, NaN as `NaN`.
+//! Writer of comma-separated values. The header contains names with units in brackets. A number is the shortest
+//! decimal of the same double, a code is its word, and NaN is `NaN`.
 
 use super::ExportError;
 use super::table::{ColumnKind, ExportColumn, ExportTable};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// The header line, with its line end.
 pub(super) fn header(columns: &[ExportColumn]) -> String {
     line(columns.iter().map(ExportColumn::header))
 }

@@ -1,24 +1,24 @@
-//! Why a table cannot be exported: what, where, and what to do.
+//! Errors of exports, with place and remedy.
 
 use std::io;
 use std::path::{Path, PathBuf};
 use stickslip_compare::CompareError;
 use stickslip_files::ResultError;
 
-/// An export error; the message names the file and the remedy.
+/// An error of an export. The message names the file and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A result file that cannot be read.
+    /// A result file cannot be read.
     #[error(transparent)]
     Result(#[from] ResultError),
-    /// A run that cannot be evaluated between its samples.
+    /// A run cannot be evaluated between its samples.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// The request names something that the file does not have or the format cannot hold.
+    /// The request names something that the file does not have, or that the format cannot store.
     #[error("{0}")]
     Asked(String),
-    /// A temporary file failed.
+    /// A temporary file cannot be written.
     #[error(
         "{folder}: the folder for temporary files: {source}; free some space there, or name another folder in the environment \
          variable TMPDIR"
@@ -29,7 +29,7 @@ pub enum ExportError {
         /// The system's error.
         source: io::Error,
     },
-    /// Writing failed.
+    /// The export cannot be written.
     #[error("{path}: {action} failed: {source}; check the folder and its disk, or choose another with -o")]
     Io {
         /// The file.

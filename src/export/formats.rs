@@ -1,4 +1,4 @@
-//! The file formats of tables.
+//! File formats of tables.
 
 use super::metadata::{MARK, TableOrigin};
 use super::table::ExportTable;
@@ -18,7 +18,7 @@ pub enum Format {
     Mat,
 }
 
-/// Bytes at either end of a file that are searched for the mark.
+/// Number of bytes at either end of a file in which the mark is searched.
 const REACH: u64 = 1 << 16;
 
 impl Format {
@@ -34,7 +34,7 @@ impl Format {
         }
     }
 
-    /// The format that the extension of a file name stands for.
+    /// The format to which the extension of a file name belongs.
     pub fn of_path(path: &Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         Format::ALL.into_iter().find(|format| format.name() == extension)

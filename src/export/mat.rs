@@ -1,5 +1,5 @@
-//! MAT-files, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and the metadata as a JSON
-//! text for `jsondecode`.
+//! Writer of MAT-files, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and the metadata
+//! as a JSON text for `jsondecode`.
 
 use super::ExportError;
 use super::metadata::{MARK, TableOrigin, metadata, raw};
@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Largest variable: its size is a 32-bit number, of which readers take one bit for the sign.
+/// Largest variable, bytes. Its size is a 32-bit number, one bit of which readers take for the sign.
 const MOST_BYTES: u64 = (1 << 31) - 1024;
 
 const LONGEST_NAME: usize = 63;
@@ -26,7 +26,7 @@ const DOUBLE_CLASS: u32 = 6;
 const INT8_CLASS: u32 = 8;
 const INT64_CLASS: u32 = 14;
 
-/// A data element: tag, data, padding to a multiple of 8 bytes. Data of up to 4 bytes stand in the tag.
+/// A data element: tag, data, and padding to a multiple of 8 bytes. Data of up to 4 bytes are stored in the tag.
 fn element(kind: u32, bytes: &[u8]) -> Vec<u8> {
     let mut found = Vec::with_capacity(bytes.len() + 16);
     if bytes.len() <= 4 && !bytes.is_empty() {
@@ -59,7 +59,7 @@ pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path
         )));
     }
     let mut sink = BufWriter::new(file);
-    // Text of 116 bytes, 8 empty bytes, version and byte order.
+    // The header is a text of 116 bytes, 8 empty bytes, version and byte order.
     let mut start = format!("MATLAB 5.0 MAT-file, {MARK}, {}", origin.source).into_bytes();
     start.retain(u8::is_ascii);
     start.resize(116, b' ');

@@ -1,10 +1,10 @@
-//! Origin and columns of a table, as metadata for the formats that can hold some.
+//! Origin and columns of a table, as metadata for the formats that can store them.
 
 use super::table::{ColumnKind, ExportColumn, ExportTable};
 use serde::Serialize;
 use stickslip_system::quote;
 
-/// Mark of this program's exports; CSV cannot hold it.
+/// Mark of this program's exports, which CSV cannot store.
 pub(super) const MARK: &str = "stickslip-export";
 
 /// The run that a table comes from.
@@ -59,7 +59,7 @@ pub(super) fn metadata(table: &ExportTable, origin: &TableOrigin) -> String {
         columns: columns.collect(),
     };
     let text = serde_json::to_string(&document).unwrap_or_default();
-    // JSON writes characters beyond the basic plane as two UTF-16 units.
+    // JSON writes a character beyond the basic plane as two UTF-16 units.
     let mut ascii = String::with_capacity(text.len());
     for c in quote::in_json(&text, |_| false).chars() {
         if c.is_ascii() {
@@ -74,7 +74,7 @@ pub(super) fn metadata(table: &ExportTable, origin: &TableOrigin) -> String {
     ascii
 }
 
-/// Binary values, little-endian: numbers as doubles, whole numbers in 8 bytes, codes in 1.
+/// Binary values, little-endian: numbers as doubles, integers in 8 bytes, codes in 1 byte.
 pub(super) fn raw(column: &ExportColumn, values: &[f64]) -> Vec<u8> {
     match column.kind {
         ColumnKind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),

@@ -1,16 +1,16 @@
-//! Exports for programs that read no HDF5: tables as CSV, NPZ and MAT, and benchmark packages.
+//! Exports for programs that cannot read HDF5: tables as CSV, NPZ and MAT, and benchmark packages.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | `table` | columns read block by block, from a file or from evaluated values |
-//! | `request` | table, columns, rows or times to export |
+//! | `request` | the requested table, columns, rows or times |
 //! | `metadata` | origin and columns of a table |
 //! | `formats` | the file formats |
 //! | `csv`, `npz`, `mat` | the writers |
-//! | [`benchmark`] | a certified run as a folder to use and cite |
-//! | `error` | export errors |
+//! | [`benchmark`] | a certified run as a folder that can be used and cited |
+//! | `error` | errors of exports |
 //!
-//! Memory is bounded: a writer holds one block of rows, and evaluated values wait in a temporary file.
+//! Memory is limited: a writer holds one block of rows, and evaluated values wait in a temporary file.
 
 pub mod benchmark;
 
@@ -47,10 +47,10 @@ pub struct Export<'a> {
 
 impl Export<'_> {
     /// Writes the table under a temporary name, which becomes `path` at the end. An earlier export (for CSV: one with
-    /// the same header) is replaced; any other file only with `force`, and an input never.
+    /// the same header) is replaced. Any other file is replaced only with `force`, and an input never.
     ///
     /// # Errors
-    /// A file that may not be replaced, a missing folder, or a disk error.
+    /// The file may not be replaced, its folder does not exist, or the disk fails.
     pub fn save(&self, path: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<(), ExportError> {
         check_target(path, inputs, force, |path| format.is_own(path, &self.table))?;
         let failed = |error| ExportError::io(path, "writing", error);
@@ -59,7 +59,7 @@ impl Export<'_> {
         file.persist(path).map_err(failed)
     }
 
-    /// Writes the table as CSV to an open sink such as standard output.
+    /// Writes the table as CSV to an open sink, such as standard output.
     pub fn stream(&self, sink: impl Write) -> Result<(), ExportError> {
         let header = csv::header(&self.table.columns);
         csv::write(&header, &self.table, sink, Path::new("standard output"))

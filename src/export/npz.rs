@@ -1,4 +1,4 @@
-//! NumPy archives: an array for each column, and one with the metadata as JSON.
+//! Writer of NumPy archives: an array for each column, and one array with the metadata as JSON.
 
 use super::ExportError;
 use super::metadata::{MARK, TableOrigin, metadata, raw};
@@ -10,7 +10,6 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// The header of an array, padded to a multiple of 64 bytes.
 fn array_header(descr: &str, shape: &str) -> Vec<u8> {
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     let unpadded = 10 + text.len() + 1;
@@ -22,8 +21,8 @@ fn array_header(descr: &str, shape: &str) -> Vec<u8> {
     header
 }
 
-/// A file whose first error is kept, and that pretends to take everything after it: an archive that cannot be ended says so on
-/// standard error when it is dropped.
+/// A file that keeps its first error and then pretends to accept everything. An archive that cannot be finished would
+/// otherwise print a message on standard error when it is dropped.
 struct FirstError<'a> {
     file: &'a File,
     error: &'a RefCell<Option<io::Error>>,
@@ -83,7 +82,7 @@ pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path
         for rows in table.blocks() {
             let values = table.read(k, rows)?;
             archive.write_all(&raw(column, &values)).map_err(failed)?;
-            // What follows an error is not written.
+            // Nothing is written after an error.
             if error.borrow().is_some() {
                 drop(archive);
                 return go_on();

@@ -1,4 +1,4 @@
-//! The requested table: its columns, and its rows or the times of its evaluation.
+//! The requested table: its columns, and its rows or the times at which it is evaluated.
 
 use super::table::{BLOCK, ColumnKind, ExportColumn, ExportTable, Spool};
 use super::{Export, ExportError, TableOrigin};
@@ -13,7 +13,7 @@ use stickslip_files::schema::group;
 use stickslip_files::{DenseOutput, EventSide, ResultFile, TableColumn};
 use stickslip_system::quote::{quoted, shown};
 
-/// Limits: times held in a list, and rows of an evaluation.
+/// Limits: number of times in a list, and number of evaluated rows.
 const MOST_TIMES: usize = 1 << 26;
 const MOST_ROWS: f64 = 1e9;
 
@@ -59,9 +59,9 @@ pub enum Times {
 pub struct Request {
     /// The table.
     pub table: Which,
-    /// Names of columns in the order of the export; empty: all.
+    /// Names of columns in the order of the export; all columns if empty.
     pub columns: Vec<String>,
-    /// First and last time, s; may be infinite.
+    /// First and last time, s. Both may be infinite.
     pub window: (f64, f64),
 }
 
@@ -122,7 +122,6 @@ fn origin(file: &ResultFile, evaluated: Option<String>) -> TableOrigin {
     }
 }
 
-/// The requested columns in their order; all if none is requested.
 fn chosen<T>(
     file: &ResultFile,
     table: &str,
@@ -160,10 +159,10 @@ fn chosen<T>(
     Ok(found)
 }
 
-/// The rows of a table as the file stores them.
+/// Selects rows of a table as the file stores them.
 ///
 /// # Errors
-/// Unknown columns, no row in the window, or an unreadable file.
+/// A column is unknown, the window contains no row, or the file is unreadable.
 pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, ExportError> {
     let name = request.table.name();
     let all = columns(file, request.table)?;
@@ -178,7 +177,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
         rows = rows_within(file, request, rows)?;
     }
     let mut wanted = request.columns.clone();
-    // A trajectory always has its times.
+    // A trajectory always contains its times.
     if request.table == Which::Trajectory && !wanted.is_empty() && !wanted.iter().any(|one| one == "time") {
         wanted.insert(0, "time".to_owned());
     }
@@ -190,7 +189,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     })
 }
 
-/// Refuses a window (s) outside the run; `span`: first and last time of the run.
+/// Refuses a window (s) outside the run, which extends over `span`.
 fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), ExportError> {
     if window.0 <= span.1 && window.1 >= span.0 {
         return Ok(());
@@ -215,7 +214,7 @@ pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
     Ok(Some((time(0)?, time(rows - 1)?)))
 }
 
-/// The `rows` whose times are in the window; segments that overlap it.
+/// The `rows` whose times are in the window. For segments, those that overlap the window.
 fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
     let (from, to) = request.window;
     let (starts, ends) = match request.table {
@@ -245,11 +244,11 @@ enum RequestValue {
     AppliedForce,
 }
 
-/// The trajectory at other times than its samples, from its dense output or the equations of motion.
+/// Evaluates the trajectory at other times than its samples, from its dense output or the equations of motion.
 ///
 /// # Errors
-/// Another table, columns that exist only at the samples, times outside the run, a run with too sparse samples that
-/// cannot be repeated, or an unreadable file.
+/// The table is not the trajectory, a column exists only at the samples, a time is outside the run, the run has too
+/// sparse samples and cannot be repeated, or the file is unreadable.
 pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, ExportError> {
     let file = reference.file();
     if request.table != Which::Trajectory {
@@ -395,7 +394,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
     let path = reference.file().path().display();
     check_window(reference.file(), window, (start, end))?;
     let (from, to) = (window.0.max(start), window.1.min(end));
-    // Multiples of the interval, or of 1/rate, carry no summation error.
+    // Multiples of the interval, or of 1/rate, have no summation error.
     let (rows, interval, rate) = match times {
         Times::At(times) => {
             let first = times.partition_point(|time| *time < window.0);
@@ -426,10 +425,11 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
     Ok(Box::new((0..count).map(time)))
 }
 
-/// The times in a CSV file, s: the column `time` or `t`, with or without a unit in brackets, else the first column.
+/// Reads the times in a CSV file, s. They are in the column `time` or `t`, with or without a unit in brackets, or
+/// else in the first column.
 ///
 /// # Errors
-/// An unreadable file, a cell that is no number, or times that do not increase.
+/// The file is unreadable, a cell is no number, or the times do not increase.
 pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
     let asked = |what: String| ExportError::Asked(format!("{}{what}", path.display()));
     let file =

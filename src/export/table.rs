@@ -1,4 +1,4 @@
-//! Tables to export: columns that can be read in any order, block by block.
+//! Tables to export, with columns that can be read in any order, block by block.
 
 use super::ExportError;
 use serde::Serialize;
@@ -7,7 +7,6 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use stickslip_files::ResultFile;
 
-/// Rows read or written at a time.
 pub(super) const BLOCK: usize = 16_384;
 
 /// Storage of a column's values.
@@ -39,7 +38,7 @@ pub struct ExportColumn {
 }
 
 impl ExportColumn {
-    /// Name and unit, as in a table header.
+    /// Name and unit, as in the header of a table.
     pub fn header(&self) -> String {
         match self.units.as_str() {
             "" | "1" => self.name.clone(),
@@ -47,7 +46,7 @@ impl ExportColumn {
         }
     }
 
-    /// The word of a code; the code itself if it has no word.
+    /// The word of a code, or the code itself if it has no word.
     pub(super) fn word(&self, value: f64) -> String {
         let code = value as i64;
         let known = self.meanings.iter().find(|(known, _)| *known == code);
@@ -57,7 +56,6 @@ impl ExportColumn {
 
 #[derive(Debug)]
 enum ExportRows<'a> {
-    /// Result file, the group of each column, and the first row.
     File(&'a ResultFile, Vec<String>, usize),
     /// Temporary file: blocks of rows, each stored column by column.
     Spool(File),
@@ -91,7 +89,7 @@ impl<'a> ExportTable<'a> {
         }
     }
 
-    /// Rows of a column.
+    /// Reads rows of a column, as doubles.
     pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
         match &self.source {
             ExportRows::File(file, groups, first) => {
@@ -131,7 +129,6 @@ impl<'a> ExportTable<'a> {
     }
 }
 
-/// Collects the rows of a table in a temporary file.
 #[derive(Debug)]
 pub(super) struct Spool {
     file: File,

@@ -1,4 +1,4 @@
-//! The figures of one or several runs, with their time windows (from events) and the systems that have them.
+//! Figures of one or several runs, with their time windows, which follow from events, and the systems that have them.
 
 use super::certified;
 use super::entry::{Drawn, Entry, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
@@ -15,12 +15,10 @@ use stickslip_case::Motion;
 use stickslip_engine::simulation::OutputWindow;
 use stickslip_system::record::Cycle;
 
-/// The paper's figure with the critical curve in (alpha, c_t).
 const CRITICAL_CURVE: u32 = 25;
-/// First and last figure in the paper that show one run.
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
-/// Figures in the paper's order.
+/// All figures, in the order of the paper.
 pub const ENTRIES: &[Entry] = &[
     entry("friction-law", "Friction law", law::friction_law).in_paper(4),
     entry("axial-displacement", "Axial displacement", axial_displacement).in_paper(5),
@@ -34,7 +32,7 @@ pub const ENTRIES: &[Entry] = &[
         close_up(e, s, &[&["theta_dot"]], stop(s))
     }),
     entry("surface-speeds", "Speeds of the contact surfaces", |e, s| {
-        // Surfaces that stick together share axes; those of a brake are too far apart.
+        // Surfaces that stick together share axes. Those of a brake are too far apart.
         let apart: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
         let common: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
         whole(e, s, if s.run.stops() { apart } else { common })
@@ -114,11 +112,10 @@ fn of_runs() -> impl Iterator<Item = &'static Entry> {
 
 const RELATIVE_VELOCITY: &[&[&str]] = &[&["relative_velocity"]];
 const WITH_TORQUES: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
-/// Axes of the phase portraits of the surfaces.
 const STATOR: (&str, &str) = ("phi1", "phi1_dot");
 const ROTOR: (&str, &str) = ("rotor_twist", "rotor_twist_rate");
 
-/// Figures of a motion that slows down to a stop, and of the growth before it.
+/// Figures of a motion that slows down to a stop, and of the growth before the stop.
 const OF_A_STOP: [&str; 4] = [
     "rotor-speed-stop",
     "surface-speeds-stop",
@@ -127,7 +124,6 @@ const OF_A_STOP: [&str; 4] = [
 ];
 const OF_GROWTH: [&str; 3] = ["relative-velocity-growth", "phase-growth-stator", "phase-growth-rotor"];
 
-/// Why a run cannot have a figure, whatever its events and samples.
 fn reason(name: &str, run: &DrawnRun) -> Option<&'static str> {
     let (rotor, stator, stops) = (&run.system.rotor, &run.system.stator, run.stops());
     let of_axial_mode = name.contains("axial") || name == "phase-plateau";
@@ -151,13 +147,13 @@ fn reason(name: &str, run: &DrawnRun) -> Option<&'static str> {
              sliding is unstable"
         }
         _ if OF_A_STOP.contains(&name) && !stops => "it shows a stop, and this run does not slow down by itself to one",
-        // A run that stops gets its message when the figure is drawn, with the sampling that it needs.
+        // A run that stops gets its message when the figure is drawn, together with the necessary sampling.
         _ if of_cycles && !stops && run.cycles.is_empty() => NO_CYCLE,
         _ => return None,
     })
 }
 
-/// The title with forces instead of torques for translation.
+/// The title, with forces instead of torques in translation.
 pub(crate) fn in_words_of(run: &DrawnRun, title: &str) -> String {
     match run.case.motion() {
         Motion::Translation => in_translation(title),
@@ -166,7 +162,7 @@ pub(crate) fn in_words_of(run: &DrawnRun, title: &str) -> String {
 }
 
 impl Entry {
-    /// Makes the figure; [`NoFigure`] if the run does not have it.
+    /// Makes the figure, or returns [`NoFigure`] if the run does not have it.
     pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, PlotError> {
         let run = subject.run;
         if let Some(why) = reason(self.name, run) {
@@ -187,7 +183,7 @@ impl Entry {
     }
 }
 
-/// The figures that a run can have, and those of its certificate.
+/// The figures that a run can have, including those of its certificate.
 pub fn of_run(run: &DrawnRun) -> Vec<&'static Entry> {
     let mut found: Vec<&'static Entry> = of_runs().filter(|entry| reason(entry.name, run).is_none()).collect();
     if run.time_uncertainty().is_some() {
@@ -196,7 +192,7 @@ pub fn of_run(run: &DrawnRun) -> Vec<&'static Entry> {
     found
 }
 
-/// Finds a figure by its name or its number in the paper; an error lists the known ones.
+/// Finds a figure by its name or its number in the paper. The error for an unknown one lists the known ones.
 pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
     if let Ok(number) = name.parse::<u32>() {
         return match ENTRIES.iter().find(|e| e.paper_figure == Some(number)) {
@@ -220,12 +216,12 @@ fn unknown_figure(name: &str) -> PlotError {
     }
 }
 
-/// Sampling (for `--set`) with which a repeated run has all absent figures: its present windows and the missing ones.
-/// `None` if no sampling helps.
+/// Sampling (for `--set`) with which a repeated run would have all absent figures: its present windows and the
+/// missing ones. `None` if no sampling helps.
 pub fn sampling(run: &DrawnRun, absent: &[&NoFigure]) -> Option<String> {
     let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
     let mut windows: Vec<&OutputWindow> = run.case.output.windows.iter().chain(&needed).collect();
-    // Drops windows that another window covers at least as densely; the first of equal ones stays.
+    // Drops windows that another window covers at least as densely. The first of several equal windows remains.
     windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
     let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;
     let mut kept: Vec<&OutputWindow> = Vec::new();
@@ -241,7 +237,7 @@ pub fn sampling(run: &DrawnRun, absent: &[&NoFigure]) -> Option<String> {
 }
 
 fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
-    // One pass over the file for all figures of the whole run.
+    // One pass over the file serves all figures of the whole run.
     let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
     for run in subject.runs {
         run.curves(&channels, subject.run.times)?;
@@ -257,7 +253,7 @@ fn shown(entry: &Entry, subject: &Subject, panels: &[&[&str]], window: (f64, f64
     Ok(over_time(subject.runs, entry.name, entry.title, panels, window)?)
 }
 
-/// The window is twice the duration of the changes of F(t).
+/// The window is twice as long as F(t) changes.
 fn axial_displacement(entry: &Entry, subject: &Subject) -> Drawn {
     let (first, last) = subject.run.times;
     let end = subject.corner.map_or(last, |corner| (2.0 * corner).min(last));
@@ -270,7 +266,7 @@ fn settling(subject: &Subject) -> View {
     Ok(((corner - period, corner + 5.0 * period), period))
 }
 
-/// From the loss of stability, or shortly before the first stick, to shortly after the last one.
+/// Window from the loss of stability, or from shortly before the first stick, to shortly after the last stick.
 fn stop(subject: &Subject) -> View {
     let (onset, period) = (subject.first_stick()?, subject.period);
     let from = subject.instability.unwrap_or(onset - 60.0 * period);
@@ -299,27 +295,26 @@ fn last_cycles(subject: &Subject) -> View {
     Ok(((end - length - 0.2 * period, end + 2.0 * period), period))
 }
 
-/// Total length of some cycles, s.
 fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, NoFigure> {
     let lengths = cycles.map(|cycle| cycle.period);
     lengths.reduce(|one, other| one + other).ok_or_else(|| NO_CYCLE.into())
 }
 
-/// Fit of stick durations by A exp(k/K), where k is the index.
+/// Fit of stick durations by A exp(k/K), where k is the index of the stick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExponentialFit {
-    /// A, s (k = 0).
+    /// A, s: the fitted duration at k = 0.
     pub first: f64,
-    /// exp(1/K): ratio of successive durations.
+    /// exp(1/K), the ratio of successive durations.
     pub factor: f64,
-    /// Coefficient of determination for the logarithms.
+    /// Coefficient of determination of the logarithms.
     pub r_squared: f64,
     /// Largest |duration/fit - 1|.
     pub worst: f64,
 }
 
 impl ExponentialFit {
-    /// Least squares on the logarithms; `None` below three durations, or if one is not positive.
+    /// Least-squares fit of the logarithms; `None` for fewer than three durations, or if one is not positive.
     pub fn of(durations: &[f64]) -> Option<ExponentialFit> {
         if durations.len() < 3 || durations.iter().any(|&d| d <= 0.0) {
             return None;
@@ -367,7 +362,7 @@ fn durations(entry: &Entry, subject: &Subject) -> Drawn {
         };
         curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
         curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
-        // Sticks grow longer before a stop; a periodic motion has nothing to fit.
+        // Sticks become longer before a stop. A periodic motion has no trend to fit.
         if !several && run.stops() {
             let durations: Vec<f64> = cycles.iter().map(|c| c.stick_duration).collect();
             if let Some(fit) = ExponentialFit::of(&durations) {

@@ -12,10 +12,9 @@ pub const ENTRIES: &[Entry] = &[
     entry("error-bands", "Error bands of the channels, certified", bands),
 ];
 
-/// Zero has no logarithm: smallest drawn uncertainty, s, about the spacing of times as doubles.
+/// Smallest drawn uncertainty, s, about the spacing of doubles at the times. Zero has no logarithm.
 const LEAST: f64 = 1e-16;
 
-/// Channels with bands, for brakes and trains.
 const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
 
 const WITHOUT: &str = "the file has no certificate: `stickslip certify FILE` writes a copy with one";
@@ -25,7 +24,7 @@ fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
     found.map(|(_, values)| values.as_slice())
 }
 
-/// For each event the range from rounding to its uncertainty, and the true error if the oracle knows it.
+/// For each event the range from rounding to its uncertainty, and the true error if the exact solution is known.
 fn events(entry: &Entry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let (Some(group), Some(uncertainty)) = (run.certificate()?, run.time_uncertainty()) else {
@@ -63,7 +62,7 @@ fn events(entry: &Entry, subject: &Subject) -> Drawn {
         Axis::new("uncertainty", "s").by_powers(),
         drawn(curves),
     )];
-    // Growth of deviations from the loss of stability on, which explains the uncertainties.
+    // Growth of deviations from the loss of stability on. It explains the uncertainties.
     let growth = column(&group, "growth").unwrap_or_default().iter().enumerate();
     let growth: Vec<(f64, f64)> = growth
         .filter(|(_, folds)| folds.is_finite())
@@ -92,7 +91,7 @@ fn verdict(group: &AddedGroup) -> String {
 
 type CertifiedPieces = Vec<Vec<(f64, f64)>>;
 
-/// Each channel with its band during stick-slip, and below it the width of the band at a fixed time.
+/// Each channel with its error band during stick-slip and, below it, the width of the band at fixed times.
 fn bands(entry: &Entry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let Some(group) = run.certificate()? else {
@@ -119,7 +118,7 @@ fn bands(entry: &Entry, subject: &Subject) -> Drawn {
             continue;
         };
         let rate = column(&group, &format!("rate_{channel}"));
-        // At a fixed time; NaN: unknown.
+        // Width at a fixed time; NaN if it is unknown.
         let width = |k: usize| {
             let by_phase = band.get(k).copied().unwrap_or(f64::NAN);
             let rate = rate.map_or(0.0, |rate| rate.get(k).copied().unwrap_or(f64::NAN));

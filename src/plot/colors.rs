@@ -1,5 +1,5 @@
-//! Colour scale from dark blue over green to light yellow, in equal steps of lightness: its order shows in grey and
-//! with every kind of colour vision.
+//! Colour scale from dark blue over green to light yellow, in equal steps of lightness. Its order is visible in grey
+//! and with every kind of colour vision.
 
 use plotters::style::RGBColor;
 
@@ -7,16 +7,16 @@ use plotters::style::RGBColor;
 pub const LIGHTNESS: (f64, f64) = (18.0, 92.0);
 /// Hue at the ends, degrees in the (a*, b*) plane: blue-violet and yellow.
 const HUE: (f64, f64) = (300.0, 100.0);
-/// Least chroma, with its share of the scale (screens have least at blue-green), and its increase towards either end.
+/// Least chroma with its share of the scale, and the increase towards either end. Screens have least at blue-green.
 const CHROMA: (f64, f64) = (26.8, 0.35);
 const MORE_CHROMA: (f64, f64) = (18.0, 48.0);
 
-/// The colour at a share (0 to 1) of the scale; other shares are clamped.
+/// The colour at a share (0 to 1) of the scale. Shares outside are clamped.
 pub fn at(share: f64) -> RGBColor {
     let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
     let between = |(from, to): (f64, f64)| from + (to - from) * share;
     let (lightness, hue) = (between(LIGHTNESS), between(HUE).to_radians());
-    // Smooth within the gamut of screens: a bend would look like a line.
+    // Smooth within the gamut of screens, because a bend would look like a line.
     let (least, middle) = CHROMA;
     let mut chroma = if share < middle {
         least + MORE_CHROMA.0 * ((middle - share) / middle).powf(2.5)
@@ -33,12 +33,12 @@ pub fn at(share: f64) -> RGBColor {
     }
 }
 
-/// The n-th of `count` colours with distinct lightness.
+/// Colour `number` (from 0) of `count` colours with distinct lightness.
 pub fn of_code(number: usize, count: usize) -> RGBColor {
     at(number as f64 / (count.max(2) - 1) as f64)
 }
 
-/// Linear sRGB (IEC 61966-2-1) of CIE L*a*b* under D65; may lie outside 0 to 1.
+/// Linear sRGB (IEC 61966-2-1) of CIE L*a*b* under D65. The values may lie outside 0 to 1.
 fn linear_rgb(lightness: f64, a: f64, b: f64) -> [f64; 3] {
     let middle = (lightness + 16.0) / 116.0;
     let part = |f: f64| {

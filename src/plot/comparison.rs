@@ -1,4 +1,5 @@
-//! Figures of a comparison: both runs and the error over time, the error by event, the first wrong event enlarged.
+//! Figures of a comparison: both runs and the error over time, the error of each event, the first wrong event
+//! enlarged.
 
 use super::decimate::MinMax;
 use super::error::PlotError;
@@ -12,13 +13,13 @@ use stickslip_system::record::sequence::Fault;
 
 const BUCKETS: usize = 1200;
 
-/// Most samples of a candidate in a window that are drawn as points.
+/// Most samples of a candidate in a window for which points are drawn.
 const FEW: usize = 150;
 
-/// Zero has no logarithm: smallest drawn error of event times, s, below the spacing of doubles.
+/// Smallest drawn error of event times, s, below the spacing of doubles. Zero has no logarithm.
 const LEAST: f64 = 1e-17;
 
-/// A candidate to be drawn beside a reference.
+/// A candidate that is drawn together with a reference.
 #[derive(Debug, Clone, Copy)]
 pub struct DrawnCandidate<'a> {
     /// The reference.
@@ -40,14 +41,13 @@ struct ComparisonView {
 
 struct TracedChannel {
     candidate: MinMax,
-    /// Pieces, separated where the error is not defined.
     error: Vec<MinMax>,
     open: bool,
     samples: usize,
     compared: usize,
 }
 
-/// Most pieces of an error curve; further points extend the last one.
+/// Most pieces of an error curve. Further points extend the last piece.
 const MOST_PIECES: usize = 1000;
 
 impl TracedChannel {
@@ -89,7 +89,7 @@ impl DrawnCandidate<'_> {
         }
     }
 
-    /// The figures of a comparison; a table of events has only the errors of events.
+    /// The figures of a comparison. A table of events only has the errors of events.
     pub fn figures(&self, comparison: &Comparison) -> Result<Vec<Figure>, PlotError> {
         let mut views = Vec::new();
         if let Some(channel) = self.channels()?.into_iter().next() {
@@ -135,10 +135,10 @@ impl DrawnCandidate<'_> {
         Ok(figures)
     }
 
-    /// Requested channels over time, each with its error.
+    /// Draws the requested channels over time, each with its error.
     ///
     /// # Errors
-    /// A channel that the reference or the candidate lacks, or an unreadable file.
+    /// The reference or the candidate lacks a channel, or a file is unreadable.
     pub fn channels_over_time(&self, channels: &[String], window: (f64, f64)) -> Result<Vec<Figure>, PlotError> {
         let known = self.channels()?;
         let mut views = Vec::new();
@@ -161,7 +161,6 @@ impl DrawnCandidate<'_> {
         self.over_time(&views)
     }
 
-    /// The common channels, the relative velocity first.
     fn channels(&self) -> Result<Vec<String>, PlotError> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let names = traced.iter().map(|channel| channel.name().into_owned());
@@ -170,7 +169,6 @@ impl DrawnCandidate<'_> {
         Ok(names)
     }
 
-    /// One pass over the candidate for all views.
     fn over_time(&self, views: &[ComparisonView]) -> Result<Vec<Figure>, PlotError> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let place = |view: &ComparisonView| traced.iter().position(|channel| channel.name() == view.channel);
@@ -239,7 +237,7 @@ impl DrawnCandidate<'_> {
     }
 }
 
-/// The event with the largest error, if none is wrong: in words, its time (s) and error (s).
+/// The event with the largest error: in words, its time (s) and its error (s). It is drawn if no event is wrong.
 fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;

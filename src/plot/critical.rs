@@ -9,10 +9,10 @@ use stickslip_case::{Case, CaseSource};
 use stickslip_files::{Reason, ResultError, SweepFile};
 use stickslip_system::model::system::System;
 
-/// The figure of a sweep file with boundaries.
+/// The figure of a sweep file that contains boundaries.
 ///
 /// # Errors
-/// No boundary, or an unreadable file.
+/// The file contains no boundary, or is unreadable.
 pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
     let (x, y, panel) = panel(file)?.ok_or_else(none)?;
@@ -33,7 +33,7 @@ pub(super) fn panel(file: &SweepFile) -> Result<Option<(String, String, Panel)>,
         return Ok(None);
     };
     let contours = lines(file, "growth_contours", "line", &x, &y)?;
-    // A file has one of these: the first if sliding slows down by itself.
+    // A file contains one of these: the first if sliding slows down by itself.
     let stable = lines(file, "linear_limit", "line", &x, &y)?;
     let steady = lines(file, "stability_limit", "line", &x, &y)?;
     let pieces = |lines: &[CriticalLine]| lines.iter().map(|line| line.points.clone()).collect();
@@ -87,7 +87,7 @@ pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> 
             [] => file.text("boundary/criterion").unwrap_or_default(),
             _ => outside.iter().map(said).collect::<Vec<_>>().join(", "),
         };
-        // One legend entry per plane.
+        // One legend entry for each plane.
         match curves.iter_mut().find(|curve| curve.label == label) {
             Some(curve) => curve.pieces.push(line.points),
             None => curves.push(Curve::line(&label, PALETTE[line.plane % PALETTE.len()], line.points)),
@@ -96,7 +96,7 @@ pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> 
     Ok(Some(Boundary { x, y, curves }))
 }
 
-/// Whether the base case is the paper's; the kick may differ, because the study sets it.
+/// Whether the base case is the paper's. The kick may differ, because the study sets it.
 fn of_the_papers_case(file: &SweepFile) -> bool {
     let system = |source| Case::read(&source, &[]).ok().map(|case| case.system);
     let base = file.case_text().map(|text| CaseSource::result(file.path(), text));
@@ -107,7 +107,7 @@ fn of_the_papers_case(file: &SweepFile) -> bool {
     })
 }
 
-/// Labels of the contours: a place on the longest line, far from other lines, labels and the edges.
+/// A label for each contour, on its longest line and far from other lines, labels and the edges.
 fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
     let place = |(x, y): (f64, f64)| {
         let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
@@ -145,7 +145,7 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
             let lines = others.iter().map(|other| distance(*other, at));
             placed.chain(lines).fold(to_edges, f64::min)
         };
-        // A hundred candidates suffice.
+        // A hundred candidate positions suffice.
         let step = (longest.points.len() / 100).max(1);
         let best = longest
             .points
@@ -173,7 +173,6 @@ fn written(value: f64) -> String {
 }
 
 struct CriticalLine {
-    /// Its first row.
     first: usize,
     plane: usize,
     level: f64,

@@ -1,9 +1,9 @@
-//! Thinning of long curves, block by block, for the same picture.
+//! Thinning of long curves, block by block, without a visible change of the picture.
 
 use std::collections::HashSet;
 
-/// A curve over increasing x in pixel-wide buckets. Each keeps its first, least, largest and last point, so the line
-/// covers the same pixels and no extreme is lost. Memory: four points per bucket.
+/// A curve over increasing x, in buckets as wide as a pixel. Each bucket keeps its first, least, largest and last
+/// point, so that the line covers the same pixels and no extreme is lost. Memory is four points for each bucket.
 #[derive(Debug, Clone)]
 pub struct MinMax {
     from: f64,
@@ -13,7 +13,7 @@ pub struct MinMax {
     kept: Vec<(f64, f64)>,
 }
 
-/// First, least, largest and last point, with their numbers in the bucket, which restore the order.
+/// First, least, largest and last point, with their positions in the bucket, from which the order is restored.
 #[derive(Debug, Clone, Copy)]
 struct Bucket {
     count: u64,
@@ -52,7 +52,7 @@ impl Bucket {
 }
 
 impl MinMax {
-    /// For x from `from` to `to`; points outside go to the first or the last bucket.
+    /// An empty curve for x from `from` to `to`. Points outside go to the first or the last bucket.
     pub fn new(from: f64, to: f64, buckets: usize) -> Self {
         let buckets = buckets.max(1);
         let width = to - from;
@@ -65,12 +65,12 @@ impl MinMax {
         }
     }
 
-    /// Adds a point with an x not below the previous one. NaN is skipped.
+    /// Adds a point whose x is not below the previous one. NaN is skipped.
     pub fn push(&mut self, x: f64, y: f64) {
         if x.is_nan() || y.is_nan() {
             return;
         }
-        // The cast turns a negative number into 0.
+        // The cast turns a negative value into 0.
         let bucket = (((x - self.from) * self.per_x) as usize).min(self.buckets - 1);
         match &mut self.current {
             Some((index, points)) if *index == bucket => points.push((x, y)),
@@ -82,7 +82,7 @@ impl MinMax {
         }
     }
 
-    /// The kept points in order.
+    /// Returns the kept points in order.
     pub fn finish(mut self) -> Vec<(f64, f64)> {
         if let Some((_, last)) = self.current.take() {
             self.kept.extend(last.points());
@@ -91,11 +91,11 @@ impl MinMax {
     }
 }
 
-/// Cells along each side of a portrait: 0.1 mm each at column width.
+/// Number of cells along each side of a portrait. At column width a cell is 0.1 mm wide.
 const CELLS: f64 = 900.0;
 
-/// A curve with any x and y on a grid of cells: a point in the previous point's cell is skipped, and a passage between
-/// cells is drawn once. The deviation is below one cell. Memory is bounded by the visited cells.
+/// A curve with any x and y on a grid of cells. A point in the cell of the previous point is skipped, and a passage
+/// between two cells is drawn once. The deviation is less than one cell. Visited cells bound the memory.
 #[derive(Debug, Clone)]
 pub struct DecimatedPortrait {
     from: (f64, f64),
@@ -109,7 +109,7 @@ pub struct DecimatedPortrait {
 }
 
 impl DecimatedPortrait {
-    /// For these ranges of x and y.
+    /// An empty curve for these ranges of x and y.
     pub fn new(x: (f64, f64), y: (f64, f64)) -> Self {
         let per_unit = |(low, high): (f64, f64)| if high > low { CELLS / (high - low) } else { 0.0 };
         DecimatedPortrait {
@@ -124,7 +124,7 @@ impl DecimatedPortrait {
         }
     }
 
-    /// Adds a point; NaN is skipped.
+    /// Adds a point. NaN is skipped.
     pub fn push(&mut self, x: f64, y: f64) {
         if x.is_nan() || y.is_nan() {
             return;
@@ -157,7 +157,7 @@ impl DecimatedPortrait {
         (self.cell, self.broken) = (None, true);
     }
 
-    /// The kept lines; a single point if the curve never leaves its cell.
+    /// Returns the kept lines, or a single point if the curve never leaves its cell.
     pub fn finish(mut self) -> Vec<Vec<(f64, f64)>> {
         if self.lines.is_empty() && self.seen {
             self.lines.push(vec![self.last]);

@@ -25,25 +25,22 @@ use stickslip_system::record::EventKind;
 const MARGIN: f64 = 150.0;
 /// Largest width of a figure with square panels, drawing units.
 const WIDEST_SQUARE: f64 = 11_000.0;
-/// Line sample of a legend, gap to its text, gap to the next entry; drawing units.
+/// Widths in drawing units: line sample of a legend, gap to its text, gap to the next entry.
 const SWATCH: f64 = 380.0;
 const SWATCH_GAP: f64 = 90.0;
 const ENTRY_GAP: f64 = 300.0;
-/// Heights of a colour scale (title, bar and numbers) and of its bar.
+/// Height of a colour scale (title, bar and numbers), and of its bar alone.
 const BAR_HEIGHT: f64 = 2.9 * LINE_HEIGHT;
 const BAR: f64 = 0.6 * LINE_HEIGHT;
 const COLORS: usize = 256;
 const AREA_OPACITY: f64 = 0.35;
-/// Cells overlap by this length (drawing units), so that no ground shows between them, even in large pixels.
+/// Overlap of cells (drawing units), so that the background is not visible between them, even with large pixels.
 const CELL_OVERLAP: f64 = 40.0;
-/// Drawing units.
+/// Of a panel, drawing units.
 const LEAST_HEIGHT: f64 = 1300.0;
-/// Margin above and below the values, as a share of their range.
 const HEADROOM: f64 = 0.05;
 
-/// In drawing units.
 type Ground<'a> = Sheet<'a, Shift>;
-/// In the axes' units.
 type Axes = Cartesian2d<RangedCoordf64, RangedCoordf64>;
 type Plane<'a> = Sheet<'a, Axes>;
 
@@ -69,7 +66,7 @@ struct MeasuredText<'a> {
     colors: Option<(&'a Axis, Scale)>,
 }
 
-/// Draws the figure in a layout, or in a column of a given width (mm).
+/// Draws the figure with a layout, or in a column of a given width (mm).
 pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, PlotError> {
     let layout = layout.into();
     let square = figure.panels.iter().all(|panel| panel.square);
@@ -82,7 +79,7 @@ pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, PlotE
     };
     let (measured, left, right) = measure(figure, width);
     let legend = legend_rows(&legend(&measured), width - 2.0 * MARGIN);
-    // The panels of a figure share one colour bar.
+    // The panels of a figure have a common colour bar.
     let bar = measured.iter().find_map(|m| m.colors.as_ref());
     let bar_height = if bar.is_some() { BAR_HEIGHT } else { 0.0 };
     let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + bar_height + 0.3 * LINE_HEIGHT;
@@ -130,7 +127,7 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotE
 
 fn measure(figure: &Figure, width: f64) -> (Vec<MeasuredText<'_>>, f64, f64) {
     let count = figure.panels.len();
-    // Four or more panels are together as high as four, unless their ticks need more.
+    // Four or more panels together are as high as four, unless their ticks need more height.
     let share = if count == 1 {
         0.5
     } else {
@@ -188,7 +185,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<MeasuredText<'_>>, f64, f64) {
         m.y_ticks = y_ticks(m);
     }
     let mut left = left_of(&measured);
-    // A square panel is as high as wide; more ticks can have wider labels.
+    // A square panel is as high as wide. More ticks can have wider labels.
     for m in measured.iter_mut().filter(|m| m.panel.square) {
         m.height = width - left - right;
         m.y_ticks = y_ticks(m);
@@ -208,7 +205,6 @@ fn measure(figure: &Figure, width: f64) -> (Vec<MeasuredText<'_>>, f64, f64) {
     (measured, left, right)
 }
 
-/// Name and symbol, shortened if necessary.
 fn fitting_title(scale: &Scale, axis: &Axis, room: f64) -> String {
     let titles = [axis.label().as_str(), axis.name.as_str(), axis.short()].map(|label| scale.title(label));
     let fits = titles.iter().find(|title| text_width(title, LABEL_SIZE) <= room);
@@ -217,7 +213,7 @@ fn fitting_title(scale: &Scale, axis: &Axis, room: f64) -> String {
         .unwrap_or_default()
 }
 
-/// The largest number of ticks, up to `most`, whose labels are a letter's width apart.
+/// The largest number of ticks, up to `most`, whose labels are at least a letter's width apart.
 fn fitting_ticks(scale: &Scale, width: f64, most: usize) -> usize {
     let fits = |n: &usize| {
         let gaps = scale.ticks(*n).0.len().max(2) - 1;
@@ -292,7 +288,7 @@ fn legend(measured: &[MeasuredText]) -> Vec<(String, Swatch)> {
     entries
 }
 
-/// Stick and slip are also modes; the events are their beginnings.
+/// Stick and slip are names of modes, too. The events are their beginnings.
 fn event_name(kind: EventKind, driven_by: &str) -> Cow<'static, str> {
     match kind {
         EventKind::Stick => "stick begins".into(),
@@ -467,7 +463,7 @@ fn draw_curve(plane: &Plane, m: &MeasuredText, curve: &Curve) -> Result<(), Plot
     for piece in &curve.pieces {
         let points: Vec<(f64, f64)> = piece.iter().map(|&(x, y)| (m.x.show(x), m.y.show(y))).collect();
         if curve.style.is_line() && is_dot(plane, &points) {
-            // A line without length in the drawing needs a dot to be visible.
+            // A line without length in the drawing is only visible as a dot.
             for point in points.into_iter().take(1) {
                 plane.draw(&Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
             }
@@ -487,7 +483,6 @@ fn color_of(step: usize) -> RGBColor {
     colors::at((step as f64 + 0.5) / COLORS as f64)
 }
 
-/// Title, colours from left to right, numbers below.
 fn draw_color_bar(
     area: &Ground,
     axis: &Axis,
@@ -499,7 +494,7 @@ fn draw_color_bar(
     // A long title starts left of the bar.
     let mut title = fitting_title(scale, axis, right - MARGIN);
     let whole = title.clone();
-    // The name of a user's own quantity may be wider than the figure.
+    // The name of a quantity that the user has defined may be wider than the figure.
     let mut letters = axis.name.chars().count();
     while text_width(&title, LABEL_SIZE) > right - MARGIN && letters > 4 {
         letters -= 1;
@@ -517,7 +512,7 @@ fn draw_color_bar(
     let (top, bottom) = (top.round() as i32, bottom.round() as i32);
     for step in 0..COLORS {
         let from = at(step as f64 / COLORS as f64);
-        // To the end, under the next one: no ground shows between them.
+        // The rectangle extends to the end of the bar, so that no background is visible between it and the next.
         let corners = [(from, top), (at(1.0), bottom)];
         area.draw(&Rectangle::new(corners, color_of(step).filled()))?;
     }
@@ -538,7 +533,7 @@ fn draw_color_bar(
     Ok(())
 }
 
-/// Neighbouring cells of one colour become one rectangle.
+/// Joins neighbouring cells of one colour in one rectangle.
 fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), PlotError> {
     let columns = map.x_edges.len().saturating_sub(1);
     if columns == 0 {

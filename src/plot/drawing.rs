@@ -1,6 +1,6 @@
-//! A figure as lines, surfaces and texts, the source of all formats.
+//! A figure as lines, areas and texts, from which all formats are written.
 //!
-//! Coordinates and lengths are in drawing units from the upper left corner; lines have butt ends and round joins.
+//! Coordinates and lengths are in drawing units from the upper left corner. Lines have butt ends and round joins.
 
 use super::{font, typeset};
 use plotters_backend::text_anchor::{HPos, VPos};
@@ -16,19 +16,19 @@ use tiny_skia::{Path, PathBuilder, Rect, Transform};
 pub struct Drawing {
     /// Name of the figure.
     pub name: String,
-    /// Title, also if it is not drawn.
+    /// Title, even if it is not drawn.
     pub title: String,
-    /// Its files, as by [`super::signature::source`]; may be empty.
+    /// Files of the figure, in the form of [`super::signature::source`]; may be empty.
     pub source: String,
     /// Width and height.
     pub size: (u32, u32),
     /// Drawing units per millimetre.
     pub units_per_mm: f64,
-    /// Elements; later ones cover earlier ones.
+    /// Elements in drawing order: later ones cover earlier ones.
     pub elements: Vec<DrawingElement>,
 }
 
-/// A line, surface or text in one colour.
+/// A line, an area or a text in one colour.
 #[derive(Debug, Clone)]
 pub struct DrawingElement {
     /// Form and position.
@@ -37,7 +37,7 @@ pub struct DrawingElement {
     pub color: [u8; 3],
     /// Opacity, 0 to 1.
     pub opacity: f64,
-    /// Line width; `None`: filled.
+    /// Line width; `None` for a filled form.
     pub stroke: Option<u32>,
 }
 
@@ -62,9 +62,9 @@ pub struct Text {
     pub at: BackendCoord,
     /// Font size.
     pub size: f64,
-    /// `text-anchor` in SVG, and the share of the width left of the anchor point.
+    /// `text-anchor` in SVG, and the share of the text's width to the left of the anchor point.
     pub anchor: (&'static str, f64),
-    /// `dy` in SVG, and the distance of the line below the anchor point in font sizes.
+    /// `dy` in SVG, and the distance of the baseline below the anchor point in font sizes.
     pub drop: (&'static str, f64),
     /// Clockwise rotation about the anchor point, degrees.
     pub turn: u32,
@@ -140,7 +140,7 @@ impl Drawing {
     }
 }
 
-/// Records the calls of the drawing library.
+/// Records the calls of the drawing library as elements.
 impl DrawingBackend for &mut Drawing {
     type ErrorType = Infallible;
 

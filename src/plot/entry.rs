@@ -1,4 +1,4 @@
-//! Figures of a run: names, data, and why a run may lack one.
+//! Figures of a run: their names and data, and reasons why a run may lack one.
 
 use super::error::PlotError;
 use super::figure::{Figure, Panel};
@@ -8,10 +8,10 @@ use stickslip_engine::simulation::OutputWindow;
 use stickslip_system::model::system::Pressing;
 use stickslip_system::record::EventKind;
 
-/// A figure, or why this run does not have it.
+/// A figure, or the reason why this run does not have it.
 pub type FigureOutcome = Result<Figure, NoFigure>;
 
-/// Why a run lacks a figure.
+/// Reason why a run lacks a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoFigure {
     /// The reason in words.
@@ -48,14 +48,14 @@ impl From<PlotError> for Undrawn {
     }
 }
 
-/// A figure of the catalogue.
+/// A figure in the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
     /// File name without extension.
     pub name: &'static str,
     /// Title.
     pub title: &'static str,
-    /// Number in the paper, if any.
+    /// Number in the paper; `None` if it is not in the paper.
     pub paper_figure: Option<u32>,
     pub(super) draw: fn(&Entry, &Subject) -> Drawn,
 }
@@ -84,32 +84,32 @@ pub(super) const fn entry(name: &'static str, title: &'static str, draw: fn(&Ent
 
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
-/// A time window (s) and the period (s) of its motion, or why there is none.
+/// A time window (s) and the period (s) of the motion in it, or the reason why there is none.
 pub(super) type View = Result<((f64, f64), f64), NoFigure>;
 
-/// The runs to draw, and the times that divide the first one.
+/// The runs to draw, and the times that divide the first run.
 #[derive(Debug)]
 pub struct Subject<'a> {
     /// All runs.
     pub runs: &'a [DrawnRun],
     /// The first run.
     pub run: &'a DrawnRun,
-    /// Natural period, s; without one the first cycle's period, or NaN.
+    /// Natural period, s. Without one it is the period of the first cycle, or NaN.
     pub period: f64,
     /// Undamped axial period, s; NaN without an axial mode.
     pub axial_period: f64,
     /// Time of the first stick, s.
     pub onset: Option<f64>,
-    /// Start of the stick in which the run ends, s.
+    /// Start of the stick with which the run ends, s.
     pub final_stick: Option<f64>,
-    /// Loss of stability, s.
+    /// Time of the loss of stability, s.
     pub instability: Option<f64>,
-    /// The last corner of F(t), s.
+    /// Time of the last corner of F(t), s.
     pub corner: Option<f64>,
 }
 
 impl<'a> Subject<'a> {
-    /// Subject of `runs`; `None` without a run.
+    /// The subject for `runs`; `None` if there are no runs.
     pub fn new(runs: &'a [DrawnRun]) -> Option<Subject<'a>> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
@@ -139,13 +139,13 @@ impl<'a> Subject<'a> {
         self.corner.ok_or_else(|| "F(t) has no corner after the start".into())
     }
 
-    /// Time of the final stick or else of the last event, s.
+    /// Time of the final stick or, without one, of the last event, s.
     pub(super) fn end(&self) -> f64 {
         let last = self.run.events.last().map(|event| event.time);
         self.final_stick.or(last).unwrap_or(f64::NAN)
     }
 
-    /// The part of a view that the first run covers with sufficient samples, or why not.
+    /// The part of a view that the first run covers with sufficient samples, or the reason why there is none.
     pub(super) fn resolved(&self, view: View) -> Result<(f64, f64), Undrawn> {
         let ((from, to), period) = view?;
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));
@@ -164,9 +164,9 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Reason for the absence of a close-up, with the samples that it needs: 100 per period.
+/// The reason why a close-up is absent, with the sampling that it needs: 100 samples per period.
 pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> NoFigure {
-    // Two digits, and whole milliseconds.
+    // Rounded to two digits, and whole milliseconds.
     let interval = period / 100.0;
     let outward = |t: f64, round: fn(f64) -> f64| round(t * 1e3) / 1e3;
     let window = OutputWindow {

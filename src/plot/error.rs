@@ -1,4 +1,4 @@
-//! Drawing errors.
+//! Errors of figures.
 
 use super::target::TargetError;
 use std::path::PathBuf;
@@ -6,20 +6,20 @@ use stickslip_case::{self as case, CaseError};
 use stickslip_compare::CompareError;
 use stickslip_files::ResultError;
 
-/// Why a figure could not be drawn.
+/// Reason why a figure could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum PlotError {
-    /// Unreadable result file.
+    /// The result file cannot be read.
     #[error(transparent)]
     Result(#[from] ResultError),
-    /// Unreadable case in the result file.
+    /// The case in the result file cannot be read.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// Unreadable candidate.
+    /// The candidate cannot be read.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// A product cannot be written to its destination.
+    /// The product cannot be written to its destination.
     #[error(transparent)]
     Target(#[from] TargetError),
     #[error(
@@ -96,7 +96,6 @@ pub enum PlotError {
     Drawing(String),
 }
 
-/// " (did you mean ...?)" if a known name is close.
 pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> String {
     case::suggest(unknown, known)
         .map(|close| format!(" (did you mean {close}?)"))

@@ -1,18 +1,18 @@
-//! Figures as data: panels of curves in SI units. Drawing is elsewhere.
+//! Figures as data: panels with curves in SI units. `draw` draws them.
 
 use plotters::style::RGBColor;
 use serde::{Serialize, Serializer};
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 
-/// A figure: panels below each other.
+/// A figure: panels one below the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// File name without extension.
     pub name: String,
     /// Title above the panels.
     pub title: String,
-    /// Number in the paper, if any.
+    /// Number in the paper; `None` if it is not in the paper.
     pub paper_figure: Option<u32>,
     /// Panels from top to bottom.
     pub panels: Vec<Panel>,
@@ -27,28 +27,28 @@ pub struct Panel {
     pub y: Axis,
     /// Curves in drawing order.
     pub curves: Vec<Curve>,
-    /// Ground coloured by mode: (from x, to x, mode).
+    /// Background coloured by mode: (from x, to x, mode).
     pub modes: Vec<(f64, f64, Mode)>,
-    /// Events: (x, kind).
+    /// Marked events: (x, kind).
     pub events: Vec<(f64, EventKind)>,
     /// Name of the signal whose corners are among the events.
     pub driven_by: &'static str,
-    /// Height equal to the width, as in a phase portrait.
+    /// Whether the height equals the width, as in a phase portrait.
     pub square: bool,
-    /// Caption above the panel, if several panels differ in a value; may be empty.
+    /// Caption above the panel, which distinguishes panels that differ in a value; may be empty.
     pub caption: String,
-    /// Areas below the curves: error bands, bars of a histogram.
+    /// Areas below the curves: error bands, or bars of a histogram.
     pub areas: Vec<Area>,
-    /// Colour map below everything.
+    /// Colour map below everything else.
     pub map: Option<Map>,
-    /// Words at points (x, y), in the curves' units.
+    /// Words at points (x, y), in the units of the curves.
     pub labels: Vec<((f64, f64), String)>,
 }
 
 /// Translucent area between two lines over the same x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
-    /// Legend label; empty: none.
+    /// Label in the legend; empty if there is none.
     pub label: String,
     /// Fill colour.
     pub color: RGBColor,
@@ -61,9 +61,9 @@ pub struct Area {
 pub struct Map {
     /// Edges of the columns, in the unit of the x axis: number of columns + 1.
     pub x_edges: Vec<f64>,
-    /// Edges of the rows, likewise.
+    /// Edges of the rows, in the unit of the y axis: number of rows + 1.
     pub y_edges: Vec<f64>,
-    /// Cells row by row, from the lowest x and y.
+    /// Cells row by row, starting at the lowest x and y.
     pub cells: Vec<Cell>,
     /// Meaning of the colours.
     pub key: ColorKey,
@@ -72,7 +72,7 @@ pub struct Map {
 /// Cell of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell {
-    /// Value or code.
+    /// The cell has this value or code.
     Value(f64),
     /// The run has no such quantity.
     Nothing,
@@ -85,7 +85,7 @@ pub enum Cell {
 /// Meaning of a map's colours.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColorKey {
-    /// A scale over the range of this axis, which must be set.
+    /// A colour scale over the range of this axis, which must be set.
     Scale(Axis),
     /// A colour for each (code, word), in this order.
     Codes(Vec<(i64, String)>),
@@ -96,13 +96,13 @@ pub enum ColorKey {
 pub struct Axis {
     /// Name of the quantity, without unit.
     pub name: String,
-    /// Symbol, shown after the name, or alone if space is short; may be empty.
+    /// Symbol, which follows the name, or stands alone if space is short; may be empty.
     pub symbol: String,
-    /// UDUNITS; "1" for a pure number.
+    /// Unit in the notation of UDUNITS; "1" for a pure number.
     pub unit: String,
-    /// Least and largest value, in `unit`; `None`: range of the curves plus a margin.
+    /// Least and largest value, in `unit`. `None` means the range of the curves plus a margin.
     pub range: Option<(f64, f64)>,
-    /// Logarithmic axis: shows positive values only.
+    /// Whether the axis is logarithmic, and shows positive values only.
     pub logarithmic: bool,
 }
 
@@ -138,7 +138,7 @@ fn in_a_word<S: Serializer>(style: &CurveStyle, serializer: S) -> Result<S::Ok, 
 pub enum CurveStyle {
     /// A line.
     Solid,
-    /// A thin line, which does not hide the line below.
+    /// A thin line, which does not hide a line below it.
     Thin,
     /// A dashed line.
     Dashed,
@@ -186,7 +186,7 @@ pub enum MarkShape {
 }
 
 impl MarkShape {
-    /// Corners in units of the radius, y downwards; `None` for a circle. A cross has two lines.
+    /// Corners in units of the radius, with y downwards; `None` for a circle. A cross has two lines.
     pub(super) fn corners(self) -> Option<&'static [(f64, f64)]> {
         Some(match self {
             MarkShape::Disk | MarkShape::Circle => return None,
@@ -238,7 +238,6 @@ impl CurveStyle {
         matches!(self, Solid | Thin | Dashed | Dotted)
     }
 
-    /// `few` up to `limit` points, dots beyond.
     pub(super) fn of_many(count: usize, limit: usize, few: CurveStyle) -> CurveStyle {
         if count > limit { CurveStyle::Dots } else { few }
     }
@@ -283,7 +282,7 @@ impl Curve {
 }
 
 impl Axis {
-    /// An axis scaled to its curves.
+    /// An axis that is scaled to its curves.
     pub fn new(name: &str, unit: &str) -> Axis {
         Axis {
             name: name.to_owned(),
@@ -294,7 +293,7 @@ impl Axis {
         }
     }
 
-    /// The axis with a symbol.
+    /// The same axis with a symbol.
     pub fn with_symbol(self, symbol: &str) -> Axis {
         Axis {
             symbol: symbol.to_owned(),
@@ -307,7 +306,7 @@ impl Axis {
         format!("{} {}", self.name, self.symbol).trim().to_owned()
     }
 
-    /// The symbol; the name if there is none.
+    /// The symbol, or the name if there is no symbol.
     pub fn short(&self) -> &str {
         if self.symbol.is_empty() {
             &self.name
@@ -333,7 +332,7 @@ impl Axis {
 }
 
 impl Panel {
-    /// Axes with curves.
+    /// A pair of axes with curves.
     pub fn new(x: Axis, y: Axis, curves: Vec<Curve>) -> Panel {
         Panel {
             x,
@@ -350,7 +349,7 @@ impl Panel {
         }
     }
 
-    /// Range of the finite x or y of the curves; (0, 1) without any.
+    /// Range of the finite x or y of the curves; (0, 1) if there are none.
     pub(super) fn extent(&self, coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
         let of_curves = self.curves.iter().flat_map(Curve::points);
         let of_areas = self.areas.iter().flat_map(Area::points);
@@ -358,7 +357,7 @@ impl Panel {
     }
 }
 
-/// Curves that have a point; the others are not in the legend.
+/// Curves with at least one point. The others are not in the legend.
 pub(super) fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
     curves
         .into_iter()
@@ -385,7 +384,7 @@ impl Figure {
         }
     }
 
-    /// The title, with the number in the paper if any.
+    /// The title, including the number in the paper if there is one.
     pub fn full_title(&self) -> String {
         match self.paper_figure {
             Some(number) => format!("{} (paper, Fig. {number})", self.title),

@@ -1,23 +1,23 @@
-//! The font of figures, embedded so that no figure depends on installed fonts.
+//! The font of figures. It is embedded, so that no figure depends on installed fonts.
 
 use super::typeset;
 use std::sync::OnceLock;
 use tiny_skia::PathBuilder;
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-/// DejaVu Sans, reduced to the letters of figures: see data/fonts.
+/// DejaVu Sans, reduced to the letters that figures use (see data/fonts).
 const DATA: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.subset.ttf");
 
-/// Font families in SVG; Verdana has the same widths.
+/// Font families in SVG. Verdana has the same widths.
 pub(crate) const FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// Outlines of the font.
+/// The embedded font.
 pub fn face() -> &'static Face<'static> {
     static FACE: OnceLock<Face<'static>> = OnceLock::new();
     FACE.get_or_init(|| Face::parse(DATA, 0).expect("the program's own font can be read"))
 }
 
-/// Glyphs of a text and their widths in ems; a box replaces missing letters.
+/// Glyphs of a text, with their widths in ems. A box replaces a missing letter.
 fn letters(text: &str) -> impl Iterator<Item = (GlyphId, f64)> {
     let face = face();
     let em = f64::from(face.units_per_em());
@@ -27,7 +27,7 @@ fn letters(text: &str) -> impl Iterator<Item = (GlyphId, f64)> {
     })
 }
 
-/// Width of a line in the unit of `size`, its font size; indices and exponents are smaller.
+/// Width of a line in the unit of `size`, the font size. Indices and exponents are smaller.
 pub fn text_width(text: &str, size: f64) -> f64 {
     let pieces = typeset::pieces(text).into_iter();
     pieces
@@ -35,12 +35,11 @@ pub fn text_width(text: &str, size: f64) -> f64 {
         .sum()
 }
 
-/// The width with all letters of one size.
 pub(super) fn plain_width(text: &str, size: f64) -> f64 {
     size * letters(text).map(|(_, width)| width).sum::<f64>()
 }
 
-/// Adds the outlines of a text to `path`, from (x, y) on the baseline.
+/// Adds the outlines of a text to `path`, starting at (x, y) on the baseline.
 pub(super) fn add_letters(path: &mut PathBuilder, text: &str, size: f64, (x, y): (f64, f64)) {
     let scale = (size / f64::from(face().units_per_em())) as f32;
     let mut pen = Pen {
@@ -57,7 +56,7 @@ pub(super) fn add_letters(path: &mut PathBuilder, text: &str, size: f64, (x, y):
     }
 }
 
-/// Draws a glyph, whose y points upwards, at a place of a path.
+/// Draws a glyph, whose y axis points upwards, at a place of a path.
 struct Pen<'a> {
     path: &'a mut PathBuilder,
     scale: f32,
@@ -97,7 +96,7 @@ impl OutlineBuilder for Pen<'_> {
     }
 }
 
-/// Breaks `text` at blanks into lines no wider than `width`, unless a word is wider.
+/// Breaks `text` at blanks into lines up to `width`. A single word may be wider.
 fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -112,7 +111,7 @@ fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     lines
 }
 
-/// A title in lines no wider than `width`; a long title first breaks after its colon.
+/// A title in lines up to `width`. A long title is first broken after its colon.
 pub fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
     let lines = wrapped(title, size, width);
     match title.split_once(": ") {

@@ -122,7 +122,7 @@ fn json(value: &impl Serialize) -> Result<String, PlotError> {
     Ok(stickslip_system::quote::in_json(&text, |c| c == '<'))
 }
 
-/// Text for an HTML or SVG element, without control characters: XML forbids them, and they could control a terminal.
+/// Text for an HTML or SVG element. It has no control characters, which XML forbids and terminals obey.
 pub(super) fn escaped(text: &str) -> String {
     stickslip_system::quote::for_terminal(text)
         .replace('&', "&amp;")
@@ -144,7 +144,6 @@ impl FromIterator<f64> for Doubles {
     }
 }
 
-/// Codes: base64 of bytes.
 #[derive(Debug, Serialize)]
 pub(super) struct Codes(String);
 

@@ -1,4 +1,4 @@
-//! Elements of a drawing: lines, points, marks, cells.
+//! Elements of a drawing: lines, points, marks and cells.
 
 use super::drawing::Drawing;
 use super::error::PlotError;
@@ -42,7 +42,7 @@ pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
     Ok(())
 }
 
-/// A mark; open marks are white inside, so that they show on a line.
+/// Draws a mark. Open marks are white inside, so that they are visible on a line.
 fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     area: &Sheet<C>,
     point: C::From,
@@ -76,7 +76,7 @@ fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     Ok(area.draw(&(EmptyElement::at(point) + PathElement::new(places, edge)))?)
 }
 
-/// A cell without a value, in grey: crossed out for a failed run, struck through for a missing one.
+/// Draws a cell without a value in grey. A cross marks a failed run, a single stroke a missing one.
 pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
     area: &Sheet<C>,
     cell: Cell,

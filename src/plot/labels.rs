@@ -1,10 +1,10 @@
-//! Axis labels of a result file's variables.
+//! Axis labels for the variables of a result file.
 
 use super::figure::Axis;
 use stickslip_case::Motion;
 use stickslip_files::schema;
 
-/// Variable of /trajectory, name, and the paper's symbol if any.
+/// Variable of /trajectory, its name, and the paper's symbol (empty if there is none).
 pub const LABELS: &[(&str, &str, &str)] = &[
     ("time", "time", "t"),
     ("mode", "mode", ""),
@@ -39,14 +39,14 @@ pub(super) fn in_translation(words: &str) -> String {
     words.replace("torque", "force").replace("Torque", "Force")
 }
 
-/// The axis of a variable of /trajectory. `one_shaft`: the rotor is one shaft between two inertias.
+/// The axis of a variable of /trajectory. `one_shaft` means that the rotor is one shaft between two inertias.
 pub fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool) -> Axis {
     let known = LABELS.iter().find(|label| label.0 == variable.name);
     let (mut name, mut symbol) = known.map_or_else(
         || (variable.name.replace('_', " "), String::new()),
         |&(_, name, symbol)| (name.to_owned(), symbol.to_owned()),
     );
-    // The twist is that of the first shaft, whatever the rotor's length.
+    // The twist is that of the first shaft, whatever the length of the rotor.
     if !one_shaft && variable.name.starts_with("rotor_twist") {
         symbol.clear();
     }
@@ -59,7 +59,7 @@ pub fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool)
     Axis::new(&name, &variable.units).with_symbol(&symbol)
 }
 
-/// The common axis of several channels: the words that all names end with.
+/// A common axis for several channels, named with the words in which all names end.
 pub fn common(axes: &[Axis]) -> Axis {
     let Some(first) = axes.first() else {
         return Axis::new("", "1");
@@ -72,7 +72,7 @@ pub fn common(axes: &[Axis]) -> Axis {
         let end = words[words.len() - n..].join(" ");
         axes.iter().all(|axis| axis.name.ends_with(&end)).then_some(end)
     };
-    // Quantities that differ in a number only: the words before it.
+    // If the names differ in a number only, the words before the number are used.
     let numbered = |axis: &Axis| {
         let (name, number) = axis.name.rsplit_once(' ')?;
         number.parse::<usize>().ok().map(|_| name.to_owned())

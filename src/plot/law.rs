@@ -10,10 +10,9 @@ use stickslip_case::Motion;
 use stickslip_system::friction::Law;
 use stickslip_system::model::system::{Bristles, ContactLaw, Regularisation, Smoothing, System};
 
-/// Points of the curve, evenly spaced; a contact without stick has as many again close to rest.
+/// Number of points of the curve, evenly spaced. A contact without stick has as many additional points near rest.
 const POINTS: i32 = 240;
 
-/// Friction coefficient at a steady relative velocity `x`.
 fn coefficient(trains: &System, x: f64) -> f64 {
     let law = trains.law.coefficient(x);
     match &trains.contact {
@@ -26,8 +25,8 @@ fn coefficient(trains: &System, x: f64) -> f64 {
     }
 }
 
-/// Speeds (rad/s) at which steady sliding loses stability: by the margin under the largest force for a run that stops,
-/// otherwise by the impedance of the trains.
+/// Speeds (rad/s) at which steady sliding loses stability. For a run that stops they follow from the margin under the
+/// largest force, otherwise from the impedance of the trains.
 fn critical_speeds(run: &DrawnRun) -> Vec<f64> {
     let (system, force) = (run.course.system(), run.course.largest_force());
     match system.twice_resistance {
@@ -39,7 +38,6 @@ fn critical_speeds(run: &DrawnRun) -> Vec<f64> {
     }
 }
 
-/// mu(x) from rest until it is constant, with the critical speeds.
 pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
     let (run, several) = (subject.run, subject.runs.len() > 1);
     let trains = &run.system;

@@ -1,14 +1,14 @@
-//! The events that a panel marks by lines.
+//! The events that a panel marks with lines.
 
 use stickslip_system::record::EventKind;
 
-/// Closest lines of one family, drawing units. If the closer half of the gaps is narrower, the lines would hide the
-/// curve, and only the ground shows the modes.
+/// Least distance between lines of one family, drawing units. If the closer half of the gaps is narrower, the lines
+/// would hide the curve, and only the background shows the modes.
 const CLOSEST: f64 = 60.0;
-/// Closest lines of different families.
+/// Least distance between lines of different families, drawing units.
 const APART: f64 = 40.0;
 
-/// Kinds that are shown or hidden together; the most important first.
+/// Kinds that are shown or hidden together, the most important first.
 const FAMILIES: [&[EventKind]; 5] = [
     &[EventKind::Stick, EventKind::Slip, EventKind::Reversal],
     &[EventKind::Separation, EventKind::Contact],
@@ -17,7 +17,7 @@ const FAMILIES: [&[EventKind]; 5] = [
     &[EventKind::Kick],
 ];
 
-/// The marked events by family; `place`: position of a time in drawing units.
+/// The marked events, by family. `place` gives the position of a time in drawing units.
 pub fn marks(events: &[(f64, EventKind)], place: impl Fn(f64) -> f64) -> Vec<(f64, EventKind)> {
     let mut shown: Vec<(f64, EventKind)> = Vec::new();
     for family in FAMILIES {

@@ -1,18 +1,19 @@
 //! Figures: from result files to SVG, PNG and PDF.
 //!
-//! The [`catalogue`] and [`own`] turn a result file, opened as a [`DrawnRun`], into [`Figure`]s (data). [`draw`](fn@draw) turns
-//! a figure into a [`Drawing`] with an embedded font, which is written as SVG, PNG or PDF. [`page`] writes HTML pages.
+//! The [`catalogue`] and [`own`] turn a result file, opened as a [`DrawnRun`], into [`Figure`]s (data). [`draw`](fn@draw)
+//! turns a figure into a [`Drawing`] with an embedded font, which is written as SVG, PNG or PDF. [`page`] writes HTML
+//! pages.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | `figure`, `style`, `colors`, `scale`, `labels`, `marks` | a figure as data, and its parts |
-//! | `font`, `typeset` | texts: font, width, sub- and superscripts |
-//! | `run`, `decimate`, `sides`, `spiral` | a result file for figures |
-//! | `catalogue`, `entry`, `portraits`, `law`, `own` | the figures of a run; figures of any channel |
+//! | `font`, `typeset` | texts: font, width, subscripts and superscripts |
+//! | `run`, `decimate`, `sides`, `spiral` | data from a result file for figures |
+//! | `catalogue`, `entry`, `portraits`, `law`, `own` | figures of a run; figures of any channel |
 //! | `certified`, `comparison`, `critical`, `modes`, `onset`, `work_precision` | figures of other results |
-//! | `studies` | figures and page of many runs |
-//! | `branches` | figures and page of a continuation |
-//! | `draw`, `ink`, `drawing` | layout, lines and marks, and the resulting drawing |
+//! | `studies` | figures and page for many runs |
+//! | `branches` | figures and page for a continuation |
+//! | `draw`, `ink`, `drawing` | layout, lines and marks, and the drawing that results |
 //! | `svg`, `raster`, `pdf` | a drawing as SVG, PNG and PDF |
 //! | `html`, `page`, `points` | interactive pages: their form, that of a run, that of a study or a continuation |
 //! | `target`, `signature`, `error` | destinations, signatures and errors |

@@ -6,7 +6,7 @@ use stickslip_analysis::analysis::stability::modes::{EffectiveDamping, SlowingMo
 use stickslip_case::Motion;
 use stickslip_case::quantity::Dimension;
 
-/// Effective damping of the relative mode, and growth rate of the slip state, over relative speed.
+/// Effective damping of the relative mode, and growth rate in slip, over the relative speed.
 pub fn figure(title: &str, motion: Motion, modes: &SlowingModes) -> Figure {
     let unit = |of_rotation| motion.dimension(of_rotation).unit();
     let (speed, damping_unit) = (unit(Dimension::AngularVelocity), unit(Dimension::TorsionalDamping));

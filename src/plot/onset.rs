@@ -4,14 +4,14 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::PALETTE;
 use stickslip_analysis::analysis::stability::onset::{METHODS, Onset};
 
-/// Name of the figure.
+/// Name of the figure and its files.
 pub const NAME: &str = "onset-against-tolerance";
 
-/// Zero has no logarithm: smallest drawn distance, s, about the spacing of times as doubles.
+/// Smallest drawn distance, s, about the spacing of doubles at the times. Zero has no logarithm.
 const LEAST: f64 = 1e-15;
 
-/// First stick over tolerance, without and with a kick on one scale, and the distance from the first stick of the first
-/// method at its finest tolerance.
+/// Time of the first stick over the tolerance, without and with a kick on one scale, and its distance from the first
+/// stick of the first method at its finest tolerance.
 pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
     let times = extent(onsets.iter().filter_map(|onset| onset.first_stick));
     let reference = onsets
@@ -35,7 +35,7 @@ pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
     let panel = |y: Axis, curves| Panel::new(Axis::new("rtol", "1").by_powers(), y, curves);
     let first_stick = |name: &str| {
         let range = times.map(|(low, high)| {
-            // 5 % on each side, as without a fixed range.
+            // A margin of 5 % on each side, as without a fixed range.
             let margin = ((high - low) / 20.0).max(f64::EPSILON * high.abs());
             (low - margin, high + margin)
         });

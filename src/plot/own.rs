@@ -1,4 +1,4 @@
-//! Figures with channels of the user's choice, over time or against each other.
+//! Figures with channels that the user chooses, over time or against each other.
 
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
@@ -10,7 +10,7 @@ use stickslip_system::model::Mode;
 /// A time window, s, limited to the first run.
 ///
 /// # Errors
-/// The window holds no sample of the first run.
+/// The window contains no sample of the first run.
 pub fn window(runs: &[DrawnRun], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), PlotError> {
     let Some(run) = runs.first() else {
         return Ok((0.0, 0.0));
@@ -26,7 +26,7 @@ pub(crate) fn time_axis(window: (f64, f64)) -> Axis {
     Axis::new("time", "s").ranging(window.0, window.1)
 }
 
-/// Channels of all runs over time, grouped into panels; modes and events are those of the first run.
+/// Draws channels of all runs over time, grouped into panels. Modes and events are those of the first run.
 pub(crate) fn over_time(
     runs: &[DrawnRun],
     name: &str,
@@ -93,7 +93,7 @@ fn split(points: Vec<(f64, f64)>, stretches: &[(f64, f64)]) -> (Vec<Vec<(f64, f6
     }
     let (mut outside, mut inside, mut next) = (Vec::new(), Vec::new(), 0);
     for &(from, to) in stretches {
-        // From the last point before the stretch (the state after the event) to the first one behind it.
+        // From the last point before the stretch, which is the state after the event, to the first point after it.
         let start = points.partition_point(|point| point.0 <= from).max(1);
         let end = points.partition_point(|point| point.0 < to).max(start);
         outside.push(points[next.min(start)..start].to_vec());
@@ -117,10 +117,10 @@ fn with_gaps(title: &str, undersampled: &[Undersampled]) -> String {
     }
 }
 
-/// Channels over time; channels with the same unit share axes.
+/// Draws channels over time. Channels with the same unit share axes.
 ///
 /// # Errors
-/// Unknown channel, no sample in the window, or an unreadable file.
+/// A channel is unknown, the window contains no sample, or a file is unreadable.
 pub fn channels(runs: &[DrawnRun], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
     let mut panels: Vec<(String, Vec<&str>)> = Vec::new();
     for &channel in channels {
@@ -140,7 +140,8 @@ fn style_of(run: usize) -> CurveStyle {
     if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
 }
 
-/// One channel against another in a time window, with its start; coloured by mode, several runs by run.
+/// Draws one channel against another in a time window, with its start. The colour is the mode's or, for several runs,
+/// the run's.
 pub fn phase(
     runs: &[DrawnRun],
     name: &str,
@@ -159,7 +160,7 @@ pub fn phase(
         }
     }
     if let [run] = runs {
-        // A single mode needs no name.
+        // A single mode need not be named.
         if let [curve] = &mut curves[..]
             && curve.label == Mode::SlipForward.name()
         {

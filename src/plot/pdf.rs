@@ -1,6 +1,6 @@
-//! PDF output, with letters as outlines, so that no font is needed.
+//! PDF output. Letters are outlines, so that no font is needed.
 //!
-//! Some printers reject transparency, so translucent colours are mixed with white.
+//! Some printers reject transparency. Translucent colours are therefore mixed with white.
 
 use super::drawing::{Drawing, DrawingElement};
 use super::error::PlotError;
@@ -13,7 +13,7 @@ use std::io::Write as _;
 use tiny_skia::{Path, PathSegment, Point};
 
 impl Drawing {
-    /// The PDF file, one page.
+    /// The PDF file, with one page.
     pub fn pdf(&self) -> Result<Vec<u8>, PlotError> {
         let failed = |error: std::io::Error| PlotError::Drawing(error.to_string());
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
@@ -22,7 +22,7 @@ impl Drawing {
         let [information, catalogue, pages, sheet, stream] = [1, 2, 3, 4, 5].map(Ref::new);
         let mut pdf = Pdf::new();
         pdf.set_version(1, 4);
-        // First, so that the signature is at the head of the file.
+        // Written first, so that the signature is at the beginning of the file.
         let mut about = pdf.document_info(information);
         about.producer(TextStr(&format!("{}{}", signature::FIGURE, self.source)));
         about.title(TextStr(&self.title));
@@ -40,7 +40,7 @@ impl Drawing {
         Ok(pdf.finish())
     }
 
-    /// The operators of the page, in points from its lower left corner.
+    /// The drawing operators of the page, in points from its lower left corner.
     pub fn page(&self) -> Vec<u8> {
         let mut page = Content::new();
         page.set_line_join(LineJoinStyle::RoundJoin);
@@ -76,7 +76,7 @@ impl Drawing {
                     page.line_to(last.0, last.1)
                 }
                 PathSegment::QuadTo(middle, end) => {
-                    // The quadratic curve as a cubic.
+                    // The quadratic curve as a cubic one.
                     let (start, middle) = (last, place(middle));
                     last = place(end);
                     let third = |from: f32, to: f32| rounded(from + 2.0 / 3.0 * (to - from));
@@ -98,7 +98,7 @@ impl Drawing {
     }
 }
 
-/// Three decimals: a third of a micrometre in points.
+/// Three decimals of a point are a third of a micrometre.
 fn rounded(value: f32) -> f32 {
     (1e3 * value).round() / 1e3
 }

@@ -1,4 +1,4 @@
-//! Phase portraits in windows that events define.
+//! Phase portraits in windows that follow from events.
 
 use super::entry::{Drawn, Entry, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
 use super::error::PlotError;
@@ -8,22 +8,22 @@ use super::spiral::{Turns, factor_per_turn};
 use stickslip_analysis::analysis::stability::SystemModes;
 use stickslip_system::model::system::{End, System, Train};
 
-/// Turns of the fast motion shown before the first stick.
+/// Number of turns of the fast motion that are shown before the first stick.
 const TURNS: f64 = 24.0;
-/// Turns of the slow swing shown of the last stick.
+/// Number of turns of the slow swing that are shown of the last stick.
 const SWINGS: f64 = 20.0;
 
-/// Amplitudes of a channel in a window, turn by turn.
+/// Amplitudes of a channel in a window, turn by turn, in its unit.
 ///
 /// # Errors
-/// Unknown channel, no sample in the window, or an unreadable file.
+/// The channel is unknown, the window contains no sample, or the file is unreadable.
 pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
     let mut turns = Turns::default();
     run.each_sample(&[channel], window, |row| turns.push(row[0]))?;
     Ok(turns.amplitudes())
 }
 
-/// A portrait of a spiral; the title of a single run says whether it converges.
+/// A portrait of a spiral. The title of a single run says whether the spiral converges.
 fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
     let factor = match subject.runs {
         [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
@@ -49,7 +49,7 @@ pub(super) fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str))
     spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
 }
 
-/// From the first stick to the last: an orbit for each cycle instead of a spiral.
+/// Portrait from the first stick to the last, with an orbit for each cycle instead of a spiral.
 pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let (onset, end) = (subject.first_stick()?, subject.end());
     if end <= onset {
@@ -59,8 +59,8 @@ pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Dr
     Ok(phase(subject.runs, entry.name, entry.title, axes, window)?)
 }
 
-/// The last stick, at least two turns, as long as the samples resolve the rotor's swing on both springs. The swing is
-/// about twenty times slower than the surfaces' own mode and decays as slowly.
+/// Portrait of at least two turns of the last stick, as long as the samples resolve the rotor's swing on both
+/// springs. This swing is about twenty times slower than the surfaces' own mode, and decays as slowly.
 pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let start = subject.final_stick.ok_or("the run does not end in a stick")?;
     let states = SystemModes::of_case(&subject.run.system).states;
@@ -75,10 +75,10 @@ pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) 
     }
 }
 
-/// Figures of a motion without a stop.
+/// Figures of a motion that does not stop.
 pub const ENTRIES: &[Entry] = &[entry(PORTRAIT, "Relative velocity over position", portrait)];
 
-/// The bounded position of a surface relative to its train's far end: the stator's if it has shafts.
+/// A bounded position of a surface relative to the far end of its train. It is the stator's if the stator has shafts.
 fn position(trains: &System) -> &'static str {
     let is_fixed = |train: &Train| matches!(train.end, End::Fixed) && !train.is_rigid();
     if is_fixed(&trains.stator) {
@@ -94,7 +94,6 @@ fn position(trains: &System) -> &'static str {
     }
 }
 
-/// Over the last period of a periodic motion, otherwise over the whole run.
 fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
     let ShownPortrait { axes, window, periodic } = shown(subject.run);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
@@ -107,11 +106,9 @@ fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ShownPortrait {
-    /// Channels of the horizontal and the vertical axis.
     pub(super) axes: (&'static str, &'static str),
     /// Start and end, s.
     pub(super) window: (f64, f64),
-    /// Whether the window is one period.
     pub(super) periodic: bool,
 }
 

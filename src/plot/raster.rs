@@ -9,7 +9,7 @@ use tiny_skia::{Color, FillRule, LineJoin, Paint, Pixmap, Stroke, Transform};
 const LARGEST: f64 = 2e8;
 
 impl Drawing {
-    /// The PNG file with `dpi` pixels per inch.
+    /// The PNG file, with `dpi` pixels per inch.
     ///
     /// # Errors
     /// The picture is too large.
@@ -48,7 +48,7 @@ impl Drawing {
     }
 }
 
-/// Everything is opaque, so three channels suffice.
+/// Everything is opaque, so that three channels suffice.
 fn encode(pixels: &Pixmap, dpi: f64, source: &str) -> Result<Vec<u8>, png::EncodingError> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, pixels.width(), pixels.height());

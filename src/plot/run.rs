@@ -1,4 +1,4 @@
-//! A result file for figures: columns thinned block by block, events, and stretches of modes.
+//! A result file as data for figures: columns thinned block by block, events, and stretches of modes.
 
 use super::decimate::{DecimatedPortrait, MinMax};
 use super::error::{PlotError, hint};
@@ -18,33 +18,35 @@ use stickslip_system::model::Mode;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::record::{Cycle, CycleStatistics, Event, EventKind, State};
 
-/// Rows read at a time: a few megabytes for all columns of a figure.
+/// Number of rows read at once. All columns of a figure then take a few megabytes.
 const BLOCK: usize = 65_536;
 
-/// Buckets of a curve over time: finer than the pixel columns at 300 dots per inch.
+/// Number of buckets of a curve over time. They are narrower than the pixel columns at 300 dots per inch.
 const BUCKETS: usize = 1200;
 
-/// Samples per period of the fast motion that show the motion and not its sampling.
+/// Number of samples per period of the fast motion that show the motion rather than the sampling.
 pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
 
-/// Longer stretches (in periods) need only the samples of this many periods: in long slip the fast motion decays.
+/// A stretch longer than this, in periods, needs only the samples of this many, because in long slip the fast motion
+/// decays.
 const LONGEST_FAST: f64 = 20.0;
 
-/// Periods drawn of the growing oscillation before the first stick.
+/// Number of periods that are drawn of the growing oscillation before the first stick.
 const GROWTH: f64 = 12.0;
 
-/// Narrowest stretch of a mode in the ground: 1/600 of the panel's width.
+/// The narrowest stretch of a mode in the background is 1/600 of the panel's width.
 const GROUND_CELLS: usize = 600;
 
-/// Widest gap (s) between samples of a motion with this period (s), with a margin for intervals rounded to two digits.
+/// Widest gap (s) between samples of a motion with this period (s). It has a margin for intervals rounded to two
+/// digits.
 pub(super) fn widest_gap(period: f64) -> f64 {
     1.05 * period / SAMPLES_PER_PERIOD
 }
 
 const POINTS_OF_PIECE: usize = 16;
 
-/// Drawing times (s) of a dense output in a window: its ends, and points in each piece at the density of `count` per
-/// window, at least 16 per piece.
+/// Times (s) at which a dense output is drawn in a window: its ends and, in each piece, at least 16 points with a
+/// density of `count` per window.
 pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), count: f64) -> Vec<f64> {
     let mut times = vec![from];
     for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
@@ -60,7 +62,7 @@ pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), coun
 
 type RunPoints = Vec<(f64, f64)>;
 
-/// Variables that jump with the mode; no line joins both sides.
+/// Variables that jump with the mode. No line joins their values on both sides.
 const JUMPING: [&str; 3] = ["mode", "segment", "friction_torque"];
 
 /// A result file, open for drawing.
@@ -70,33 +72,33 @@ pub struct DrawnRun {
     rows: usize,
     /// Times of the first and the last sample, s.
     pub times: (f64, f64),
-    /// All events, by time.
+    /// All events in order of time.
     pub events: Vec<Event>,
     /// Sticks and slips, from the events.
     pub stick_slip: CycleStatistics,
-    /// Each stick that ends, with the following slip.
+    /// Each stick that ends, with the slip after it.
     pub cycles: Vec<Cycle>,
     /// The case in the file.
     pub case: Case,
     /// The system of the case.
     pub system: System,
     pub(super) course: Course,
-    /// Period of the attractor, s; `None` without a periodic one.
+    /// Period of the attractor, s; `None` if the attractor is not periodic.
     pub attractor_period: Option<f64>,
     /// Natural period of the surfaces on their shafts, s; `None` without one.
     pub(crate) natural_period: Option<f64>,
     /// Time span of the dense output, s.
     dense: Option<(f64, f64)>,
-    /// (start, end, mode); neighbours with the same mode are joined.
+    /// (start, end, mode). Neighbours with the same mode are joined.
     stretches: Vec<(f64, f64, Mode)>,
     pub(super) variables: Vec<schema::Variable>,
     /// Curves that several figures use, by channel and window.
     cache: RefCell<HashMap<(String, u64, u64), RunPoints>>,
-    /// Requested channels on both sides of each event; `None`: the channel is not available there.
+    /// Requested channels on both sides of each event; `None` if a channel is not available there.
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
 
-/// Stretches between contact events with too few samples to be drawn.
+/// Stretches between contact events that have too few samples to be drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Undersampled {
     /// (start, end), s, in order.
@@ -105,7 +107,6 @@ pub(crate) struct Undersampled {
 }
 
 impl Undersampled {
-    /// Stretches wide enough to be visible in a figure of this window.
     pub(crate) fn seen(&self, (from, to): (f64, f64)) -> Vec<(f64, f64)> {
         let least = 3.0 * (to - from) / BUCKETS as f64;
         let wide = |stretch: &&(f64, f64)| stretch.1 - stretch.0 > least;
@@ -131,10 +132,10 @@ enum RunMoment<'a> {
 }
 
 impl DrawnRun {
-    /// Opens a result file with a trajectory, complete or not.
+    /// Opens a result file that contains a trajectory, complete or not.
     ///
     /// # Errors
-    /// Not a result file, damaged, in use, or without samples.
+    /// The file is no result file, damaged, in use, or without samples.
     pub fn open(path: &Path) -> Result<DrawnRun, PlotError> {
         let file = ResultFile::open(path)?;
         let rows = samples(&file)?;
@@ -177,17 +178,17 @@ impl DrawnRun {
         })
     }
 
-    /// Whether sliding slows down to a stop by itself: nothing drives the only free train.
+    /// Whether sliding slows down to a stop by itself, because nothing drives the only free train.
     pub(crate) fn stops(&self) -> bool {
         self.course.system().twice_resistance.is_some()
     }
 
-    /// Whether the chains are the paper's brake: a free rotor of two inertias on a shaft, a stator on a fixed shaft.
+    /// Whether the chains are the paper's brake: a free rotor of two inertias on a shaft, a stator on a fixed one.
     pub(super) fn is_short(&self) -> bool {
         is_short(&self.system)
     }
 
-    /// Whether a signal acts besides the force F(t) of an axial mode.
+    /// Whether a signal acts in addition to the force F(t) of an axial mode.
     pub(super) fn has_drive(&self) -> bool {
         !self.has_axial_mode() || !self.system.drives().is_empty()
     }
@@ -201,12 +202,11 @@ impl DrawnRun {
         self.file.status()
     }
 
-    /// The group added by `certify`, if any.
     pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, PlotError> {
         Ok(self.file.added_group(schema::group::CERTIFICATE, usize::MAX)?)
     }
 
-    /// Certified uncertainties of event times, s; NaN: not converged.
+    /// Certified uncertainties of event times, s; NaN for events that have not converged.
     pub(super) fn time_uncertainty(&self) -> Option<Vec<f64>> {
         self.file.event_column(schema::TIME_UNCERTAINTY).ok()
     }
@@ -216,19 +216,19 @@ impl DrawnRun {
         self.file.path()
     }
 
-    /// Legend label: the file name without extension.
+    /// Label in a legend: the file name without extension.
     pub fn label(&self) -> String {
         let stem = self.path().file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 
-    /// The window, with a later start if it has more than `most` points: one per sample, two per event.
+    /// The window. Its start is later if it has more than `most` points: one for each sample, two for each event.
     pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), PlotError> {
         let rows = self.rows_in((from, to))?;
         let mut start = rows.end.saturating_sub(most).max(rows.start);
         loop {
             let first = self.file.column("time", start..start + 1)?[0];
-            // The state before the first sample belongs to the window if nothing is left out.
+            // The state before the first sample belongs to the window if no sample is left out.
             let window = (if start == rows.start { from } else { first }, to);
             if rows.end - start + 2 * self.events_in(window).len() <= most || start + 1 >= rows.end {
                 return Ok(window);
@@ -237,7 +237,7 @@ impl DrawnRun {
         }
     }
 
-    /// The axis of a variable of /trajectory; an error lists the known ones.
+    /// The axis of a variable of /trajectory. The error for an unknown variable lists the known ones.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
         let names = || self.variables.iter().map(|variable| variable.name.as_str());
         let variable = self.variables.iter().find(|variable| variable.name == channel);
@@ -250,7 +250,7 @@ impl DrawnRun {
         })
     }
 
-    /// The rows of a time window, both ends included; an error if there is none.
+    /// The rows in a time window, including both ends. A window without rows is an error.
     pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
         let (table, rows, (first, last)) = (schema::group::TRAJECTORY, 0..self.rows, self.times);
         let start = self.file.first_row(table, "time", rows.clone(), |time| time >= from)?;
@@ -271,7 +271,7 @@ impl DrawnRun {
         })
     }
 
-    /// Whether the dense output covers the window, as far as the run goes, and so replaces the samples.
+    /// Whether the dense output covers the window, as far as the run extends, and therefore replaces the samples.
     pub(crate) fn is_dense(&self, (from, to): (f64, f64)) -> bool {
         let (first, last) = (from.max(self.times.0), to.min(self.times.1));
         first < last && self.dense.is_some_and(|span| span.0 <= first && last <= span.1)
@@ -294,7 +294,6 @@ impl DrawnRun {
         channels.iter().map(column).collect()
     }
 
-    /// Calls `take` with the values of the channels at every sample of a window.
     pub(crate) fn each_sample(
         &self,
         channels: &[&str],
@@ -352,7 +351,7 @@ impl DrawnRun {
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
-    /// The growing oscillation, s: from the loss of stability to the first contact event.
+    /// Start and end (s) of the growing oscillation, from the loss of stability to the first contact event.
     pub(crate) fn growth(&self) -> Option<(f64, f64)> {
         let first = |is: &dyn Fn(&Event) -> bool| self.events.iter().find(|event| is(event)).map(|event| event.time);
         let unstable = first(&|event| event.kind == EventKind::Destabilised)?;
@@ -360,7 +359,6 @@ impl DrawnRun {
         (unstable < contact).then_some((unstable, contact))
     }
 
-    /// Whether nothing can move during a stick.
     fn is_rigid_in_stick(&self) -> bool {
         self.system.rotor.inertia.len() + self.system.stator.inertia.len() < 2
     }
@@ -375,7 +373,7 @@ impl DrawnRun {
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
-        // The growth before the first stick has the fast motion too.
+        // The growth before the first stick contains the fast motion, too.
         if let (Some(period), Some((unstable, first))) = (period, self.growth()) {
             let from = unstable.max(first - GROWTH * period).max(window.0);
             let to = first.min(window.1);
@@ -428,10 +426,10 @@ impl DrawnRun {
         })
     }
 
-    /// Curves of channels over a time window, thinned without losing extremes, in one pass over the file.
+    /// Curves of channels over a time window. They are thinned without losing extremes, in one pass over the file.
     ///
     /// # Errors
-    /// Unknown channel, no sample in the window, or an unreadable file.
+    /// A channel is unknown, the window contains no sample, or the file is unreadable.
     pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<RunPoints>, PlotError> {
         let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
         let new: Vec<&str> = channels
@@ -472,7 +470,7 @@ impl DrawnRun {
             .collect())
     }
 
-    /// Hands the samples of a window to `take`, the time first, and between them the indices of events.
+    /// Passes the samples of a window to `take`, the time first, and between them the indices of events.
     fn in_order(
         &self,
         channels: &[&str],
@@ -491,7 +489,7 @@ impl DrawnRun {
         Ok(())
     }
 
-    /// Hands two channels and the mode's code to `take`: at each sample and, if known, on both sides of each event.
+    /// Passes two channels and the code of the mode to `take`, at each sample and, if known, around each event.
     fn each_state(
         &self,
         (x, y): (&str, &str),
@@ -509,7 +507,7 @@ impl DrawnRun {
                     mode = row[1] as usize;
                     take(mode, row[2], row[3]);
                 }
-                // Other kinds are no turn of the motion; a kick is a jump.
+                // Events of other kinds are no turn of the motion. A kick is a jump.
                 (RunMoment::Event(k), Some((x, y))) if self.events[k].kind.in_event_sequence() => {
                     take(mode, x.before[k], y.before[k]);
                     // A window that ends with an event shows the state before the event.
@@ -556,7 +554,7 @@ impl DrawnRun {
             .collect())
     }
 
-    /// Two channels at the first sample of a window.
+    /// Values of two channels at the first sample of a window.
     pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
         if self.is_dense(window) {
             let first = self.dense_columns(&[x, y], &[window.0.max(self.times.0)])?;
@@ -570,7 +568,7 @@ impl DrawnRun {
         Ok((value(x)?, value(y)?))
     }
 
-    /// The end of the part of a window, from its first sample, without gaps wider than `gap` (s).
+    /// The end (s) of the part of a window, from its first sample on, without gaps wider than `gap` (s).
     pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
         if self.is_dense(window) {
             return Ok(Some(window.1.min(self.times.1)));
@@ -589,7 +587,8 @@ impl DrawnRun {
         Ok((last > window.0).then_some(last))
     }
 
-    /// Stretches of modes in a window for the ground of a panel; of too narrow ones the mode with the largest share.
+    /// Stretches of modes in a window, for the background of a panel. Narrow stretches are merged, with the mode that
+    /// has the largest share.
     pub fn ground(&self, (from, to): (f64, f64)) -> Vec<(f64, f64, Mode)> {
         let width = (to - from) / GROUND_CELLS as f64;
         let inside = |s: &&(f64, f64, Mode)| s.1 > from && s.0 < to;
@@ -622,7 +621,8 @@ impl DrawnRun {
         ground
     }
 
-    /// Events to mark in a window, with the first change of stability only: the grown oscillation causes later ones.
+    /// Events to mark in a window. Only the first change of stability is included, because the grown oscillation
+    /// causes the later ones.
     pub fn marks(&self, (from, to): (f64, f64)) -> Vec<(f64, EventKind)> {
         let is_stability = |e: &Event| matches!(e.kind, EventKind::Destabilised | EventKind::Restabilised);
         let first = self.events.iter().position(is_stability);

@@ -1,18 +1,18 @@
-//! Axis values from SI: prefixes, offsets, ticks.
+//! Shown values of an axis, from SI values: prefixes, offsets, ticks.
 
 use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
-/// Ratio of range to values below which an offset is shown: in wider ranges five digits suffice.
+/// Largest ratio of the range to the values for which an offset is shown. In a wider range five digits suffice.
 const OFFSET_SHARE: f64 = 1.5e-3;
 
-/// SI prefixes by powers of a thousand, from -5.
+/// SI prefixes for powers of a thousand, from -5.
 const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
 
 /// Scale of an axis: shown value = (value - offset) * factor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
-    /// Offset, SI.
+    /// Offset, in SI.
     pub offset: f64,
     /// Shown units per SI unit.
     pub factor: f64,
@@ -22,16 +22,16 @@ pub struct Scale {
     pub unit: String,
     /// Offset in words, " − 6.97 s" or " + 40.2 µm"; empty without an offset.
     pub off: String,
-    /// The shown values are decimal logarithms.
+    /// Whether the shown values are decimal logarithms.
     pub logarithmic: bool,
 }
 
 impl Scale {
-    /// Logarithmic scale for values from `low` to `high` above zero.
+    /// A logarithmic scale for positive values from `low` to `high`.
     pub fn by_powers((low, high): (f64, f64), unit: &str) -> Scale {
         let positive = |x: f64| if x.is_finite() && x > 0.0 { x.log10() } else { 0.0 };
         let (low, high) = (positive(low), positive(high));
-        // At least a power on both sides of the middle, so that two have labels.
+        // At least one power on both sides of the middle, so that two powers have labels.
         let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(1.0));
         Scale {
             offset: 0.0,
@@ -43,7 +43,7 @@ impl Scale {
         }
     }
 
-    /// Linear scale for values from `low` to `high` in a UDUNITS unit.
+    /// A linear scale for values from `low` to `high`, in a unit of UDUNITS.
     pub fn new((low, high): (f64, f64), unit: &str) -> Scale {
         let (low, high) = widened(low, high);
         let (span, size) = (high - low, low.abs().max(high.abs()));
@@ -85,7 +85,7 @@ impl Scale {
         }
     }
 
-    /// The shown value.
+    /// The shown form of `value`.
     pub fn show(&self, value: f64) -> f64 {
         if self.logarithmic {
             return value.log10();
@@ -93,7 +93,7 @@ impl Scale {
         (value - self.offset) * self.factor
     }
 
-    /// The name of the axis with offset and unit.
+    /// The title of the axis: its name with offset and unit.
     pub fn title(&self, label: &str) -> String {
         match &*self.unit {
             "" => format!("{label}{}", self.off),
@@ -101,7 +101,7 @@ impl Scale {
         }
     }
 
-    /// At most `count` round values, and their number of decimals.
+    /// At most `count` round values, and the number of their decimals.
     pub fn ticks(&self, count: usize) -> (Vec<f64>, usize) {
         let (low, high) = self.shown;
         let ticks = RangedCoordf64::from(low..high).key_points(BoldPoints(count));
@@ -113,7 +113,7 @@ impl Scale {
         (ticks, decimals)
     }
 
-    /// The largest number of ticks up to `count` at usable values: on a logarithmic axis only whole powers.
+    /// The largest usable number of ticks up to `count`. On a logarithmic axis only whole powers are usable.
     pub fn best_count(&self, count: usize) -> usize {
         let whole = |n: &usize| self.ticks(*n).0.iter().all(|tick| (tick - tick.round()).abs() < 1e-9);
         if self.logarithmic {
@@ -137,7 +137,7 @@ impl Scale {
 
 fn offset_text(offset: f64, grid: f64, base: &str) -> String {
     let sign = if offset < 0.0 { '+' } else { '−' };
-    // No prefix from a tenth of a unit on: 0.99 s.
+    // No prefix from a tenth of a unit on, as in 0.99 s.
     let power = ((offset.abs().log10() + 1.0) / 3.0 + 1e-9).floor().clamp(-5.0, 0.0);
     let power = if base.is_empty() { 0 } else { power as i32 };
     let factor = 10f64.powi(-3 * power);
@@ -173,7 +173,7 @@ pub fn number(value: f64, decimals: usize) -> String {
     }
 }
 
-/// UDUNITS for readers: "rad s-1" becomes rad/s.
+/// A unit of UDUNITS in common notation: "rad s-1" becomes rad/s.
 fn human_unit(unit: &str) -> String {
     match unit {
         "1" | "" => String::new(),

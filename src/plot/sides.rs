@@ -1,4 +1,4 @@
-//! States on both sides of events; missing torques and forces follow from the equations.
+//! States on both sides of events. Missing torques and forces follow from the equations.
 
 use super::error::PlotError;
 use stickslip_compare::reference::states_at_events;
@@ -13,7 +13,7 @@ pub(super) struct Sides {
     pub(super) after: Vec<f64>,
 }
 
-/// Number of the first [`Channels`] that follow from the state; the others need the whole history.
+/// Number of leading [`Channels`] that follow from the state. The others depend on the history.
 const OF_STATE: usize = 6;
 
 impl Sides {
@@ -24,7 +24,8 @@ impl Sides {
         })
     }
 
-    /// A force, torque, energy or the mode from the equations, if the state determines it; `first`: the initial mode.
+    /// A force, a torque, an energy or the mode from the equations, if the state determines it. `first`: initial
+    /// mode.
     pub(super) fn of(
         course: &Course,
         file: &ResultFile,

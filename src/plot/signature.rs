@@ -2,18 +2,18 @@
 
 use std::path::PathBuf;
 
-/// Keyword and start of a PNG's text chunk.
+/// Keyword of a PNG's text chunk, and start of its text.
 pub const PNG: (&str, &str) = ("Software", "stickslip");
 
-/// Start of `<desc>` in SVG and of the producer in PDF.
+/// Start of `<desc>` in SVG, and of the producer in PDF.
 pub const FIGURE: &str = "stickslip figure";
 
 const SOURCE: (&str, &str) = (" of [", "]");
 
-/// Most bytes of the names in a figure's signature.
+/// Most bytes of the names in the signature of a figure.
 const LONGEST_SOURCE: usize = 1000;
 
-/// Names of the files of a figure, after its signature: " of [a.h5, b.h5]", in ASCII without markup.
+/// Names of a figure's files, which follow its signature: " of [a.h5, b.h5]", in ASCII without markup.
 pub fn source(files: &[PathBuf]) -> String {
     let name = |file: &PathBuf| {
         let name = file.to_string_lossy();
@@ -33,14 +33,14 @@ pub fn source(files: &[PathBuf]) -> String {
     format!("{}{names}{}", SOURCE.0, SOURCE.1)
 }
 
-/// The names of [`source`] in text that follows a signature, up to the end of its element in SVG and PDF.
+/// The names from [`source`] in a text that follows a signature, up to the end of its element in SVG and PDF.
 pub fn names_in(text: &str) -> Option<&str> {
     let text = text.split(['<', ')']).next()?;
     Some(text.split_once(SOURCE.0)?.1.split_once(SOURCE.1)?.0)
 }
 
-/// Near the start of a page.
+/// Signature of a page, near its start.
 pub const PAGE: &str = "<meta name=\"generator\" content=\"stickslip";
 
-/// Near the start of a comparison's report: a Markdown comment or the generator of a page.
+/// Signature of a comparison's report, near its start: in a Markdown comment, or as the generator of a page.
 pub const REPORT: &str = "stickslip compare";

@@ -1,7 +1,7 @@
 //! Amplitudes of a spiral, turn by turn.
 
-/// Amplitudes of an oscillation from its samples in order. A turn lasts from maximum to maximum; its amplitude is half
-/// the distance from their mean down to the minimum between.
+/// Amplitudes of an oscillation, from its samples in order. A turn lasts from one maximum to the next. Its amplitude
+/// is half of the distance between the mean of the maxima and the minimum between them.
 #[derive(Debug, Clone, Default)]
 pub struct Turns {
     previous: Option<f64>,
@@ -11,7 +11,7 @@ pub struct Turns {
     amplitudes: Vec<f64>,
 }
 
-/// Smaller turns, relative to the largest, are rounding.
+/// Turns smaller than this, relative to the largest, are rounding.
 const NOISE: f64 = 1e-9;
 
 impl Turns {
@@ -35,7 +35,7 @@ impl Turns {
         self.bottom = self.bottom.min(value);
     }
 
-    /// Amplitudes of complete turns, in the unit of the samples.
+    /// Amplitudes of all complete turns, in the unit of the samples.
     pub fn amplitudes(&self) -> Vec<f64> {
         let largest = self.amplitudes.iter().copied().fold(0.0, f64::max);
         let heard = |a: &f64| *a > NOISE * largest;
@@ -43,7 +43,7 @@ impl Turns {
     }
 }
 
-/// Geometric mean of the ratio of successive amplitudes: the spiral diverges above 1. `None` below two turns.
+/// Geometric mean of the ratios of successive amplitudes. The spiral diverges above 1. `None` below two turns.
 pub fn factor_per_turn(amplitudes: &[f64]) -> Option<f64> {
     let (first, last) = (amplitudes.first()?, amplitudes.last()?);
     (amplitudes.len() > 1).then(|| (last / first).powf(1.0 / (amplitudes.len() - 1) as f64))

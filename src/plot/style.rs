@@ -4,16 +4,16 @@ use plotters::style::RGBColor;
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 
-/// Drawing units per millimetre at [`FONT_SIZE`]: coordinates are integers.
+/// Drawing units per millimetre at [`FONT_SIZE`]. Coordinates are integers.
 pub(crate) const UNITS_PER_MM: f64 = 100.0;
 
-/// Column width of a journal, mm.
+/// Width of a journal's column, mm.
 pub const COLUMN_WIDTH: f64 = 85.0;
 
 /// Default size of ticks, axis names and legend, points.
 pub const FONT_SIZE: f64 = 7.0;
 
-/// Least usable width at [`FONT_SIZE`], mm; proportional to the font size.
+/// Least usable width at [`FONT_SIZE`], mm. It is proportional to the font size.
 pub const LEAST_WIDTH: f64 = 60.0;
 
 /// Size of a figure.
@@ -21,9 +21,9 @@ pub const LEAST_WIDTH: f64 = 60.0;
 pub struct Layout {
     /// Width of the figure, mm.
     pub width: f64,
-    /// Size of ticks, axis names and legend, points; lines scale with it.
+    /// Size of ticks, axis names and legend, points. Lines scale with it.
     pub font_size: f64,
-    /// Whether to draw the title.
+    /// Whether the title is drawn.
     pub title: bool,
 }
 
@@ -38,7 +38,7 @@ impl Default for Layout {
 }
 
 impl From<f64> for Layout {
-    /// mm.
+    /// A layout with this width, mm.
     fn from(width: f64) -> Self {
         Layout {
             width,
@@ -58,24 +58,21 @@ impl Layout {
     }
 }
 
-/// Font sizes and strokes in drawing units; 7.5 and 7 points are legible in print.
+/// Font sizes and strokes in drawing units. 7.5 and 7 points are legible in print.
 pub(crate) const TITLE_SIZE: f64 = 265.0;
-/// Ticks, axis names and legend.
 pub(crate) const LABEL_SIZE: f64 = 247.0;
 pub(crate) const LINE_HEIGHT: f64 = 320.0;
 pub(crate) const CURVE_STROKE: u32 = 22;
 pub(crate) const AXIS_STROKE: u32 = 12;
-/// Grid and events.
 pub(crate) const THIN_STROKE: u32 = 9;
 pub(crate) const TICK: i32 = 50;
 pub(crate) const POINT_RADIUS: u32 = 42;
 
-/// Radius of one of many points.
+/// Radius of each point if there are many.
 pub(crate) const DOT_RADIUS: u32 = 16;
-/// Colour of map cells without a value.
 pub(crate) const NOTHING: RGBColor = RGBColor(214, 214, 214);
 
-/// Okabe-Ito palette, distinguishable with every kind of colour vision, in the order of use for lines.
+/// Okabe-Ito palette in the order of use for lines. It can be distinguished with every kind of colour vision.
 pub(crate) const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 pub(crate) const BLACK: RGBColor = RGBColor(0, 0, 0);
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
@@ -86,9 +83,8 @@ pub const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
 pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 pub(crate) const YELLOW: RGBColor = RGBColor(240, 228, 66);
-/// Grid and separated contact.
 pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
-/// Visible on the ground of every mode.
+/// Visible on the background of every mode.
 pub(crate) const WINE: RGBColor = RGBColor(136, 34, 85);
 pub(crate) const OLIVE: RGBColor = RGBColor(105, 105, 0);
 
@@ -113,7 +109,7 @@ pub(super) fn name(color: RGBColor) -> String {
 /// Curve colours that no mode's ground has.
 const OVER_GROUND: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, BLACK, OLIVE, WINE];
 
-/// Colour and opacity of a mode's ground.
+/// Colour and opacity of a mode's background.
 pub fn ground(mode: Mode) -> (RGBColor, f64) {
     match mode {
         Mode::SlipForward | Mode::Engaged => (SKY, 0.16),
@@ -123,7 +119,7 @@ pub fn ground(mode: Mode) -> (RGBColor, f64) {
     }
 }
 
-/// Colour of a curve in a mode, if the curve passes through several.
+/// Colour of a curve in a mode, for a curve that passes through several modes.
 pub fn of_mode(mode: Mode) -> RGBColor {
     match mode {
         Mode::SlipForward | Mode::Engaged => BLUE,

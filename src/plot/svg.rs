@@ -6,7 +6,7 @@ use super::{font, signature, typeset};
 use plotters_backend::BackendCoord;
 
 impl Drawing {
-    /// The SVG document, with its physical size and a description for blind readers.
+    /// The SVG document, with its physical size, and a description for blind readers.
     pub fn svg(&self) -> String {
         let (width, height) = self.size;
         let mm = |units: u32| (f64::from(units) / self.units_per_mm * 1e3).round() / 1e3;

@@ -1,4 +1,4 @@
-//! Destination of figures and pages: an earlier version is replaced, other files only by force.
+//! Destination of figures and pages. An earlier version is replaced, and other files by force only.
 
 use super::signature;
 use std::fmt::{self, Display, Formatter};
@@ -7,24 +7,23 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use stickslip_files::disk::{Obstacle, folder_of, in_the_way, misplaced, try_folder, write_whole};
 
-/// Bytes at the start of a file that are searched for the signature.
+/// Number of bytes at the start of a file in which the signature is searched.
 const HEAD: u64 = 4096;
 
 /// A product of this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Product {
-    /// SVG, PNG or PDF, with the option that names the file.
+    /// SVG, PNG or PDF. Contains the option that names the file.
     Figure(&'static str),
     /// An HTML page.
     Page,
     /// A report of a comparison, HTML or Markdown.
     Report,
-    /// A case file. Cases are also inputs, so an existing one is replaced only by force.
+    /// A case file. Cases are also inputs, so that an existing one is replaced by force only.
     Case,
 }
 
 impl Product {
-    /// Name, option, example, and source.
     const fn words(self) -> [&'static str; 4] {
         match self {
             Product::Figure(option) => ["figure", option, "figure.svg", "the file to be drawn"],
@@ -53,7 +52,6 @@ impl Product {
     }
 }
 
-/// The signature of a figure that begins with `head`.
 fn figure_mark(head: &[u8]) -> String {
     let (keyword, value) = signature::PNG;
     match head {
@@ -69,7 +67,7 @@ fn head_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// The files that the figure at `path` was drawn from; `None` if there is none, or it does not say.
+/// The files from which the figure at `path` was drawn; `None` if there is no figure, or if it does not name them.
 pub fn drawn_from(path: &Path) -> Option<String> {
     let head = head_of(path).ok()?;
     let text = String::from_utf8_lossy(&head);
@@ -77,7 +75,7 @@ pub fn drawn_from(path: &Path) -> Option<String> {
     signature::names_in(after).map(str::to_owned)
 }
 
-/// Why a product cannot be written to a path.
+/// Reason why a product cannot be written to a path.
 #[derive(Debug)]
 pub struct TargetError {
     path: PathBuf,
@@ -144,17 +142,17 @@ impl TargetError {
         }
     }
 
-    /// Whether the operating system failed, rather than the path being wrong.
+    /// Whether the operating system failed, so that the path may be right.
     pub fn is_failure(&self) -> bool {
         matches!(self.obstacle, Obstacle::NotSeen(_))
     }
 }
 
-/// Checks that a product made from `inputs` may be written to `path`.
+/// Checks whether a product made from `inputs` may be written to `path`.
 ///
 /// # Errors
-/// `path` is an input or a folder, lies in a missing or read-only folder, or is a write-protected file or another
-/// product, and `force` is not set.
+/// `path` is an input or a folder, or is in a missing or read-only folder. Without `force` it may also not be a
+/// write-protected file or another product.
 pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> Result<(), TargetError> {
     let failed = |action| move |error| TargetError::failed(path, product, action, error);
     let is_own = |path: &Path| {
@@ -176,7 +174,7 @@ pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> 
     }
 }
 
-/// Writes `parts` under a temporary name, which becomes `path` at the end: a product is whole or absent.
+/// Writes `parts` under a temporary name, which becomes `path` at the end, so that a product is complete or absent.
 pub fn write(path: &Path, product: Product, parts: &[&[u8]]) -> Result<(), TargetError> {
     write_whole(path, parts).map_err(|error| TargetError::failed(path, product, "writing", error))
 }

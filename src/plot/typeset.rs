@@ -1,15 +1,15 @@
-//! Figure texts with sub- and superscripts: widths and SVG.
+//! Texts of figures with subscripts and superscripts: widths and SVG.
 //!
-//! T_f and c_t are symbols with an index, 10^−5 is a power; Unicode's small letters (ωᵣ, φ₁, 10⁻⁵) are set like them.
+//! T_f and c_t are symbols with an index, and 10^−5 is a power. Unicode's small letters (ωᵣ, φ₁, 10⁻⁵) are set alike.
 
 use super::html::escaped;
 
-/// Sizes and distances relative to the text.
+/// Sizes and distances relative to the font size.
 const SMALL: f64 = 0.72;
 const BELOW: f64 = 0.2;
 const ABOVE: f64 = 0.36;
 
-/// Level of a piece of text.
+/// Vertical position of a piece of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
     /// On the line.
@@ -31,7 +31,7 @@ impl Level {
     }
 }
 
-/// A text as pieces of one level each.
+/// A text as pieces, each on a single level.
 pub fn pieces(text: &str) -> Vec<(Level, String)> {
     let letters: Vec<char> = text.chars().collect();
     let mut pieces: Vec<(Level, String)> = Vec::new();
@@ -55,8 +55,8 @@ pub fn pieces(text: &str) -> Vec<(Level, String)> {
     pieces
 }
 
-/// Length of the index that starts at an underscore. A symbol is one letter and its index one or two letters or digits,
-/// so that names of files and channels are no symbols.
+/// Length of the index that starts at an underscore. A symbol is one letter, and its index one or two letters or
+/// digits, so that names of files and channels are not symbols.
 fn index_at(letters: &[char], k: usize) -> Option<usize> {
     let is_word = |k: usize| letters.get(k).is_some_and(|c| c.is_alphanumeric() || *c == '_');
     let symbol = k.checked_sub(1).filter(|&s| letters[s].is_alphabetic())?;
@@ -90,7 +90,7 @@ fn plain(c: char) -> (Level, char) {
     }
 }
 
-/// The content of an SVG text of this size.
+/// The content of an SVG text in this size.
 pub fn spans(text: &str, size: f64) -> String {
     let mut line = 0.0;
     let mut content = String::with_capacity(text.len());

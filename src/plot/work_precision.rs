@@ -9,13 +9,13 @@ use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErro
 use stickslip_engine::simulation::Method;
 use stickslip_files::{Reason, WorkPrecisionFile};
 
-/// Zero has no logarithm: smallest drawn error, s, below any uncertainty of seconds in doubles.
+/// Smallest drawn error, s, below any uncertainty of seconds in doubles. Zero has no logarithm.
 const LEAST: f64 = 1e-16;
 
 /// Name of the figure and its files.
 pub const NAME: &str = "work-precision";
 
-/// Runs of one method with one kind of knob, in the order of the study.
+/// Runs of one method with one kind of accuracy setting, in the order of the study.
 struct MethodSeries<'a> {
     label: String,
     color: usize,
@@ -23,10 +23,10 @@ struct MethodSeries<'a> {
     runs: Vec<&'a Measurement>,
 }
 
-/// The figure of a study's file, without running anything.
+/// The figure of a study's file. Nothing is run.
 ///
 /// # Errors
-/// Another kind of file, a newer version, or damage.
+/// The file is of another kind, of a newer version, or damaged.
 pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     let file = WorkPrecisionFile::read(path)?;
     let known = |value: f64| value.is_finite().then_some(value);
@@ -84,7 +84,7 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
     Ok(figure(&file.title, &result))
 }
 
-/// Error over calls of the right-hand side, and over time. Open circles: errors within the uncertainty of the
+/// Errors over calls of the right-hand side, and over time. Open circles are errors within the uncertainty of the
 /// reference, which is the dashed line.
 pub fn figure(title: &str, result: &StudyResult) -> Figure {
     let series = series(&result.measurements);
@@ -111,7 +111,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };
-    // Both panels share an axis; only the first one also has runs with another sequence of events.
+    // Both panels share an axis. Only the first one also shows runs with another sequence of events.
     let counts = result.measurements.iter().filter(|m| m.failure.is_none()).map(calls);
     let (fewest, most) = extent(counts).unwrap_or((1.0, 1.0));
     let most = most.max(1.0);
@@ -124,7 +124,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
     Figure::new(NAME, title, panels)
 }
 
-/// Colour of the n-th method. Beyond the palette the colours repeat in darker shades; thirteen are distinct.
+/// Colour of method `number` (from 0). Beyond the palette the colours repeat in darker shades; thirteen are distinct.
 pub fn color(number: usize) -> RGBColor {
     let RGBColor(r, g, b) = PALETTE[number % PALETTE.len()];
     let shades = i32::try_from(number / PALETTE.len()).unwrap_or(i32::MAX);
@@ -136,7 +136,7 @@ fn series(measurements: &[Measurement]) -> Vec<MethodSeries<'_>> {
     let mut series: Vec<MethodSeries> = Vec::new();
     for m in measurements {
         let fixed = matches!(m.knob, Knob::FixedStep(_));
-        // The method's colour, or the next free one.
+        // The colour of the method, or the next free one.
         let known = series.iter().find(|s| s.runs[0].method == m.method);
         let next = || series.iter().map(|s| s.color + 1).max().unwrap_or(0);
         let color = known.map_or_else(next, |s| s.color);

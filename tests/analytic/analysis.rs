@@ -1,4 +1,4 @@
-//! What is computed from a run: bands, distributions, exponents, periods of forcing, growth.
+//! Quantities computed from a run: bands, distributions, exponents, periods of forcing, growth.
 
 mod bands {
     use stickslip::Run;
@@ -7,8 +7,8 @@ mod bands {
     use stickslip::record::MemoryRecorder;
     use stickslip::simulation::{Course, Following, OutputOptions};
 
-    /// From each sample of a run to the next, forward and backward, over a two-hundredth of the natural period, through slip,
-    /// stick and separation: the run's own columns, to its tolerance.
+    /// A sample is advanced to the next one, forwards and backwards, over 1/200 of the natural period, in slip, stick
+    /// and separation. The result must be the run's own columns, to its tolerance.
     #[test]
     fn property_a_sample_moved_to_its_neighbour_is_the_neighbour() {
         let case = Case::read(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
@@ -44,9 +44,9 @@ mod bands {
                 let values = record.values(from).into_iter().zip(record.values(to)).zip(change);
                 for (k, ((before, after), change)) in values.enumerate() {
                     let error = (before + change - after).abs();
-                    // 1e-10 for the run, and a step's (2 pi/200)^5/120 = 3e-10 of an oscillation, which is no larger than
-                    // the column; damping and friction have terms of that order too: together below 2e-8. The residual is
-                    // rounding itself, of energies.
+                    // 1e-10 for the run, and (2 pi/200)^5/120 = 3e-10 of an oscillation for the step; the oscillation
+                    // is no larger than the column. Damping and friction have terms of that order too: together below
+                    // 2e-8. The residual is rounding of energies.
                     let residual = names[k].0 == "energy_residual";
                     let scale = if residual { 1e-3 } else { largest[k] };
                     let (name, t) = (&names[k].0, row.time);
@@ -74,7 +74,7 @@ mod distribution {
         }
         assert_eq!((found.least, found.largest, found.mean), (0.0, 100.0, 50.0));
         assert_eq!(found.bars.iter().map(|bar| bar.2).sum::<usize>(), 101);
-        // As many as a histogram takes.
+        // A histogram takes this many bars.
         assert!((5..=41).contains(&found.bars.len()));
     }
 
@@ -94,8 +94,8 @@ mod exponent {
     use stickslip::model::Mode;
     use stickslip::simulation::Section;
 
-    /// The exponent of a mass on a belt that never comes to its speed, forced by two harmonics without a common period: that of the
-    /// linear oscillator x'' + c x' + x = 0.
+    /// The exponent of a mass on a belt that never reaches the belt's speed, forced by two harmonics without a common
+    /// period. It is that of the linear oscillator x'' + c x' + x = 0.
     fn of_linear_oscillator(damping: f64) -> Exponent {
         let harmonic = |omega: f64| format!("{{ profile = \"sine\", amplitude = 0.1, angular_frequency = {omega:?} }}");
         let text = format!(
@@ -160,7 +160,7 @@ mod forcing {
         is(&[0.3, 0.2, 0.7], TAU / 0.1);
         is(&[1.0, 1.0], TAU);
         is(&[0.1, 3.0], TAU / 0.1);
-        // In Hz.
+        // Frequencies in Hz.
         is(&[TAU * 440.0, TAU * 60.0], 0.05);
         assert_eq!(period(&[]), None);
         assert_eq!(period(&[1.0, 2.0f64.sqrt()]), None);
@@ -176,8 +176,8 @@ mod growth {
     use stickslip::case::{Case, CaseSource, Override};
     use stickslip::record::MemoryRecorder;
 
-    /// A kick turns the slip against its rotor, and there it loses its stability. Smooth sliding with that sense does not
-    /// exist, and its path has no length; followed all the same, it was one of NaN.
+    /// A kick reverses the slip, which then loses its stability. Smooth sliding in that sense does not exist, and its
+    /// path has no length; followed nevertheless, the path was NaN.
     #[test]
     fn regression_growth_where_a_kick_turns_the_slip() {
         let changes = [
@@ -222,9 +222,9 @@ mod growth_rate {
     use stickslip::model::equations::SystemEquations;
     use stickslip::model::stability::fast_modes;
 
-    /// The polynomial's root against the eigenvalues of the matrix, over the plane of the critical curve and all speeds at
-    /// which friction takes something from the margin. Both round at 1e-14 of omega_n; near a double root by its square
-    /// root.
+    /// The root of the polynomial against the eigenvalues of the matrix, over the plane of the critical curve and all
+    /// speeds at which friction reduces the margin. Both have a rounding of 1e-14 omega_n; near a double root its
+    /// square root.
     #[test]
     fn analytic_the_growth_rate_is_that_of_all_eigenvalues() {
         let source = CaseSource::built_in("paper").unwrap();

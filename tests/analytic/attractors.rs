@@ -1,5 +1,5 @@
-//! What a run says of a motion without events, or without a period: against closed forms, and against integrators that share nothing
-//! with this program.
+//! The attractor of a run without events, or without a period: against closed forms, and against integrators that
+//! share nothing with this program.
 
 use crate::common::cases::{attractor, parsed, summary};
 use std::f64::consts::TAU;
@@ -23,14 +23,14 @@ fn run(text: &str, changes: &[&str]) -> Summary {
     summary(&Case::read(&source, &parsed(changes)).unwrap())
 }
 
-/// Does not depend on speed: a belt at 5 m/s leaves a linear oscillator about x = 0.3.
+/// Friction does not depend on speed: a belt at 5 m/s leaves a linear oscillator about x = 0.3.
 const COULOMB: &str = "law = \"coulomb\", breakaway = 0.3, kinetic = 0.3";
 
-/// 1.5 - 1.5 x + 0.45 x^3.
+/// mu = 1.5 - 1.5 x + 0.45 x^3.
 const POLYNOMIAL: &str =
     "law = \"polynomial\", breakaway = 1.5, low_speed = 1.5, linear = -1.5, cubic = 0.45, valid_below = 10.0";
 
-/// Falls from 1 to 0.4.
+/// mu falls from 1 to 0.4.
 const FALLING: &str = "law = \"exponential\", breakaway = 1.0, low_speed = 1.0, high_speed = 0.4, decay = 1.4";
 
 fn harmonic(shape: &str, amplitude: f64, frequency: &str) -> String {
@@ -52,7 +52,7 @@ fn analytic_a_forced_oscillator_has_the_period_of_its_forcing() {
             let extremes = found.extremes.as_ref().unwrap();
             let error = extremes.amplitude.unwrap() - 0.1 / response;
             assert!(error.abs() < 1e-9, "{method} {omega}: {error:e}");
-            // e^(-0.05 t) is a millionth of the state 276 s after the start, and not yet at half of that.
+            // e^(-0.05 t) is a millionth of the state 276 s after the start, and not yet at half that time.
             assert!((130.0..500.0).contains(&found.since), "{}", found.since);
         }
     }
@@ -70,7 +70,7 @@ fn analytic_two_harmonics_have_their_common_period() {
     assert!((period - 10.0 * TAU).abs() < 1e-12, "{period}");
     let in_hertz = both("frequency = 0.1", "frequency = 0.15");
     assert!((attractor(&in_hertz).period - 20.0).abs() < 1e-12);
-    // The first ends, and only the second goes on.
+    // The first harmonic ends, and only the second continues.
     let one_ends = both("frequency = 0.1, to = 300.0", "frequency = 0.15");
     let found = attractor(&one_ends);
     assert!((found.period - 1.0 / 0.15).abs() < 1e-12 && found.since > 300.0);
@@ -87,13 +87,13 @@ fn analytic_a_free_oscillation_has_its_own_period() {
     assert_eq!((found.forcing_periods, found.sections, found.sticks), (None, 1, 0));
     let extremes = found.extremes.as_ref().unwrap();
     assert!((extremes.amplitude.unwrap() - 0.3).abs() < 1e-9);
-    // From half of the run on.
+    // The period is found from the middle of the run.
     assert!((300.0..330.0).contains(&found.since), "{}", found.since);
 }
 
 #[test]
 fn analytic_a_damped_oscillator_comes_to_steady_sliding() {
-    // On a slow belt it has stuck before.
+    // On a slow belt the oscillator has stuck before.
     for (speed, events) in [(5.0, 0), (0.1, 2)] {
         let summary = run(&belt(speed, COULOMB, "damping = 0.1", 600.0), &[]);
         assert_eq!(summary.events, events);
@@ -103,12 +103,12 @@ fn analytic_a_damped_oscillator_comes_to_steady_sliding() {
         };
         assert_eq!(summary.outcome, Some(steady));
     }
-    // Not yet.
+    // A shorter run does not reach steady sliding.
     let summary = run(&belt(0.1, COULOMB, "damping = 0.1", 150.0), &[]);
     assert_eq!(summary.outcome, Some(Outcome::NotPeriodic));
 }
 
-/// The start is 1e-9 m beside steady sliding, which is unstable: deviations grow by e^(0.075 t).
+/// The start is 1e-9 m away from steady sliding, which is unstable: deviations grow by e^(0.075 t).
 #[test]
 fn analytic_sliding_from_which_the_motion_departs_is_not_steady() {
     let beside = belt(1.0, POLYNOMIAL, "", 80.0) + "[initial]\nstator_twist = 0.450000001\n";
@@ -120,8 +120,8 @@ fn analytic_sliding_from_which_the_motion_departs_is_not_steady() {
     assert_eq!(summary.outcome, Some(departing));
 }
 
-/// Four periods of the forcing, by DOP853 at rtol 1e-12 (SciPy) over 1200 of them: from one to the fourth next its states differ by
-/// 1e-11, from one to the next or the second by 0.3 and more. It sticks twice, in the transient.
+/// The attractor takes four periods of the forcing, by DOP853 at rtol 1e-12 (SciPy) over 1200 periods: its states
+/// differ by 1e-11 after four periods, and by 0.3 and more after one or two. It sticks twice, in the transient.
 #[test]
 fn analytic_a_forced_belt_has_four_periods_of_the_forcing() {
     let torque = harmonic("cosine", 0.1, "angular_frequency = 1.709");
@@ -136,15 +136,16 @@ fn analytic_a_forced_belt_has_four_periods_of_the_forcing() {
     let ours = [position.0, position.1, velocity.0, velocity.1];
     let theirs = [0.059226708, 2.222638071, 0.012613929, 1.853749701];
     for (ours, theirs) in ours.into_iter().zip(theirs) {
-        // The last digit, and what is said of the distance.
+        // The last digit, and the distance from the attractor.
         assert!((ours - theirs).abs() < 1e-9 + 3.0 * found.distance, "{ours} {theirs}");
     }
     assert!(summary.exponent.is_none());
 }
 
-/// Each breakaway is at x = 1 + 0.2 cos(1.1 t) with the speed of the belt, so that the phases of breakaways are a map of the circle
-/// to itself: by Runge-Kutta steps (NumPy) its exponent over the mean time of return is 0.0195 1/s, from 200,000 breakaways each of three
-/// starts, which differ by 1.4e-4. At 0.3 rad/s the map has an inverse and does not lock.
+/// Each breakaway is at x = 1 + 0.2 cos(1.1 t) with the speed of the belt, so that the phases of breakaways form a map
+/// of the circle to itself. By Runge-Kutta steps (NumPy) its exponent over the mean time of return is 0.0195 1/s, from
+/// 200,000 breakaways for each of three starts, which differ by 1.4e-4. At 0.3 rad/s the map has an inverse and does
+/// not lock.
 #[test]
 fn analytic_the_exponent_is_that_of_the_map_of_breakaways() {
     let forced = |omega: f64| {

@@ -1,4 +1,4 @@
-//! The boundary tracer against lines that are known: the loss of stability at standstill, and single runs.
+//! The boundary tracer against known lines: the loss of stability at standstill, and single runs.
 
 use std::path::Path;
 use stickslip::analysis::stability::growth::foreseen_exponent;
@@ -17,7 +17,7 @@ fn run(study: &Study, path: &Path) -> SweepReport {
     Sweep::new(study, path).start().unwrap()
 }
 
-/// A light rotor that stops within milliseconds, so that runs are cheap; the rest is the paper's.
+/// A light rotor that stops within milliseconds, so that runs are cheap; the other parameters are the paper's.
 const LIGHT: &str = r#"
 case = "paper"
 [set]
@@ -29,8 +29,8 @@ initial.speed = 10
 output.end_time = 0.01
 "#;
 
-/// The margin of steady sliding is a function of alpha, c_t and omega_r alone: where the friction force is constant it is
-/// lost before the stop exactly if it is negative at standstill, which is the linear limit in closed form.
+/// The margin of steady sliding is a function of alpha, c_t and omega_r alone. If the friction force is constant, the
+/// margin is lost before the stop exactly if it is negative at standstill, which is the linear limit in closed form.
 #[test]
 fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     let folder = tempfile::tempdir().unwrap();
@@ -53,13 +53,13 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     let slope = 2.0 * p.contact.radius * force * (law.low_speed - law.high_speed);
     for point in points {
         assert_eq!(point.branch, CurveBranch::Lower);
-        // A millisecond before the stop the speed is 1 rad/s or so, but the last instants count: the run sees the margin
-        // change if it does so above the first oscillation of omega_r about its mean, some 0.1 rad/s.
+        // A millisecond before the stop the speed is about 1 rad/s, but the last instants count: the run sees the
+        // margin change if this happens above the first oscillation of omega_r about its mean, some 0.1 rad/s.
         let [decay, damping] = point.middle();
         let ratio = damping / (slope * decay);
         assert!((ratio - 1.0).abs() < 0.05, "alpha {decay}, c_t {damping}: {ratio}");
     }
-    // The line beside it is the closed form to the rounding of the bisection.
+    // The line of the linear limit is the closed form to the rounding of the bisection.
     let limit = &found.linear_limit[0].points;
     assert!(limit.len() > 40);
     for [decay, damping] in limit {
@@ -73,8 +73,8 @@ fn study_corner(study: &Study) -> Vec<stickslip::case::Setting> {
     study.axes.iter().map(|axis| axis.levels[0].clone()).collect()
 }
 
-/// Both ends of every bracket of a coarse critical curve, run alone and a hundred times more accurately, stand on their
-/// side of it; and the file is the same however many threads traced it.
+/// Both ends of every bracket of a coarse critical curve, as single runs with a tolerance a hundred times tighter, are
+/// on their side of the curve; and the file does not depend on the number of threads.
 #[test]
 fn regression_boundary_points_hold_for_single_runs_at_a_tighter_tolerance() {
     let folder = tempfile::tempdir().unwrap();
@@ -109,7 +109,6 @@ boundary = { refinements = 0, width = 1e-3 }
     assert!(checked >= 10, "{checked}");
 }
 
-/// The paper's brake without kicks, by the method that stays on smooth sliding.
 const SMOOTH: &str = r#"
 case = "paper"
 set = { perturbation = [], solver.method = "series" }
@@ -126,8 +125,8 @@ fn growth(study: &Study, [decay, damping]: [f64; 2]) -> f64 {
     foreseen_exponent(&case.system, case.output.end_time).expect("the force is at rest")
 }
 
-/// G without a run is that of the run, to what the run's own loss of stability is shifted by the state that it has then
-/// (1e-3 of G where steady sliding changes fastest), over the plane of the critical curve.
+/// G computed without a run equals the run's G over the plane of the critical curve, up to the shift of the run's loss
+/// of stability by its present state (1e-3 of G where steady sliding changes fastest).
 #[test]
 fn property_the_foreseen_growth_is_that_of_the_run() {
     let study = study(SMOOTH);
@@ -147,7 +146,7 @@ fn property_the_foreseen_growth_is_that_of_the_run() {
     assert!(unstable > 15, "{unstable}");
 }
 
-/// Contours of G are exact where they are drawn.
+/// Contours of G are exact on the drawn lines.
 #[test]
 fn analytic_contours_of_growth_have_their_level() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,13 +164,13 @@ fn analytic_contours_of_growth_have_their_level() {
     assert!(points.len() > 40, "{}", points.len());
     for (level, point) in points {
         let growth = growth(&study, point);
-        // Where the path leaves the slow manifold for rigid sliding G jumps by some thousandths.
+        // Where the path leaves the slow manifold for rigid sliding, G jumps by some thousandths.
         assert!((growth / level - 1.0).abs() < 5e-3, "{point:?}: {growth} for {level}");
     }
 }
 
-/// The fold of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the width, in x to
-/// where the curve is lower by more than that.
+/// The fold of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the bracket's
+/// width, in x within the range where the curve is lower by no more than that.
 #[test]
 fn regression_the_fold_is_the_top_of_a_scan_along_x() {
     let folder = tempfile::tempdir().unwrap();
@@ -200,21 +199,21 @@ boundary = { refinements = 0, width = 1e-4 }
         let outcome = run_point(&study, &point, &without_a_file, &|| false).unwrap().unwrap();
         outcome.value(quantity_index("stick_count").unwrap()) >= 2.0
     };
-    // 1300 N m s/rad times the width, and as much for what the flat top leaves open in y.
+    // 1300 N m s/rad times the width, and the same again for the uncertainty of y on the flat top.
     let open = 2.0 * 1300.0 * 1e-4;
     assert!(meets(decay, fold.met[1]) && !meets(decay, fold.unmet[1]));
     for k in -20..=20 {
         let beside = decay * (0.01 * f64::from(k)).exp();
         assert!(!meets(beside, damping + open), "{beside} rises above {decay}");
     }
-    // And it is the top: 20 % to each side the curve is lower by far more.
+    // The fold is the top: 20 % to each side the curve is lower by far more.
     for beside in [decay / 1.2, decay * 1.2] {
         assert!(!meets(beside, damping - 10.0 * open), "{beside}");
     }
 }
 
-/// Where breakaway is below low_speed there is no case, and a boundary ends there: none of its points is beside a run that
-/// failed, though the lattice has crossings all along the limit.
+/// Where breakaway is below low_speed there is no case, and a boundary ends. None of its points is next to a failed
+/// run, although the lattice has crossings all along this limit.
 #[test]
 fn analytic_a_boundary_ends_where_runs_fail() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,11 +1,11 @@
-//! Calibrations whose answer is known in closed form: T_n = 2 pi sqrt(J/k_t) alone decides them.
+//! Calibrations with an answer in closed form: T_n = 2 pi sqrt(J/k_t) alone decides them.
 
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
 use stickslip::sweep::StudySource;
 
-/// Runs that are over in a moment: T_n needs none of the sliding.
+/// Short runs: T_n needs no sliding.
 const QUICK: &str = r#"
 case = "paper"
 
@@ -33,7 +33,6 @@ fn found(free_and_targets: &str) -> Calibration {
     calibrate(&study, &options, &mut |_| {}).unwrap()
 }
 
-/// J for a natural period, kg m^2.
 fn inertia(period: f64) -> f64 {
     STIFFNESS * (period / TAU).powi(2)
 }
@@ -56,7 +55,7 @@ value = "0.00024 s"
     let interval = calibration.intervals[0];
     assert_eq!(interval.determined, Determined::Both);
     let (least, largest) = (inertia(2.35e-4), inertia(2.45e-4));
-    // Only points at which the target holds count, so the interval lies within the true one; the last search along a
+    // Only points that meet the target count, so that the interval lies within the true one. The last search along a
     // parameter ends within a thousandth of the region.
     let slack = 0.01 * (largest - least);
     assert!(
@@ -67,7 +66,7 @@ value = "0.00024 s"
         interval.largest <= largest + 1e-12 && interval.largest > largest - slack,
         "{interval:?}"
     );
-    // The least largest residual of one target is 0, at the measured value itself.
+    // The least largest residual for one target is 0, at the measured value itself.
     assert!(calibration.worst < 0.01, "{}", calibration.worst);
     let optimum = calibration.parameters[0];
     assert!((optimum - inertia(2.4e-4)).abs() < slack, "{optimum}");
@@ -92,8 +91,8 @@ quantity = "natural_period"
 value = "240.0 us"
 "#,
     );
-    // Over the same factor of 2 both can go from end to end, but for what 240 us cuts off: J/k_t is then 1.459e-9 s^2,
-    // against 1.4545e-9 between equal places in the two ranges.
+    // Over the same factor of 2 both parameters can take every value, except those that 240 us excludes: J/k_t is then
+    // 1.459e-9 s^2, against 1.4545e-9 for equal positions in the two ranges.
     for interval in &calibration.intervals {
         assert_eq!(interval.determined, Determined::Not, "{interval:?}");
     }
@@ -125,7 +124,7 @@ weight = 0
     );
     let roles: Vec<Role> = calibration.targets.iter().map(|target| target.role).collect();
     assert_eq!(roles, [Role::Held, Role::OutOfReach, Role::Compared]);
-    // Within 0.02 s nothing sticks: 48 sticks are 96 half-widths away.
+    // Nothing sticks within 0.02 s: 48 sticks are 96 half-widths away.
     assert_eq!(calibration.targets[1].nearest, -96.0);
     assert_eq!(calibration.targets[2].residual, 0.0);
 }
@@ -149,6 +148,6 @@ value = "0.00024 s"
     );
     let determined: Vec<Determined> = calibration.intervals.iter().map(|found| found.determined).collect();
     assert_eq!(determined, [Determined::Both, Determined::Not]);
-    // Of an even sample of a box; a hundred independent points or more scatter by less.
+    // For a uniform sample of a box; a hundred independent points or more scatter by less.
     assert!(calibration.correlations[0].coefficient.abs() < 0.5);
 }

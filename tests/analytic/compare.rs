@@ -32,13 +32,13 @@ mod attractor {
         (0..count).flat_map(cycle).collect()
     }
 
-    /// There and back by the same kinds in the same times.
+    /// The same kinds of events at the same times in both directions.
     #[test]
     fn analytic_a_motion_that_is_the_same_either_way_has_the_period_of_its_reference() {
         let word = cycles(12, &[(0.0, EventKind::Slip), (1.0, EventKind::Stick)], 3.0);
         let (attractor, _) = Attractor::of_events(&word, 0.0, Some((&word, 6.0))).unwrap();
         assert_eq!((attractor.period, attractor.sticks), (6.0, 2));
-        // One that is not the same either way has its own.
+        // A motion that differs between the directions has its own period.
         let slant = [
             (0.0, EventKind::Slip),
             (1.0, EventKind::Stick),
@@ -52,12 +52,12 @@ mod attractor {
         assert_eq!((attractor.period, attractor.sticks), (3.0, 1));
     }
 
-    /// Times that are known to the interval of the samples.
+    /// Times that are known to the interval of the samples only.
     #[test]
     fn analytic_a_period_of_samples_is_no_multiple_of_itself() {
         let mut word = cycles(12, &[(0.0, EventKind::Slip), (0.2, EventKind::Stick)], 0.67);
         for (k, event) in word.iter_mut().enumerate() {
-            // To and fro by half of an interval of 2 ms.
+            // Times scattered by up to half an interval of 2 ms.
             event.time += 1e-3 * (1.7 * k as f64).sin();
         }
         assert!(Attractor::of_events(&word, 0.0, None).is_none());
@@ -73,7 +73,7 @@ mod clock {
 
     #[test]
     fn analytic_the_offset_of_a_shifted_word_is_found() {
-        // Cycles that grow, so that a shift by one of them fits less well.
+        // Cycles that grow, so that a shift by one cycle fits less well.
         let event = |k: u32| SequenceEvent {
             time: 7.0 + 1e-3 * f64::from(k) + 1e-6 * f64::from(k * k),
             kind: if k.is_multiple_of(2) { Stick } else { Slip },
@@ -113,11 +113,11 @@ mod clock {
         assert_eq!(clock(-6.966, 0.0).unwrap().counts_from, Some("the kick"));
         assert_eq!(clock(-7.0, 0.0).unwrap().counts_from, Some("the first event"));
         assert_eq!(clock(0.3, 0.0).unwrap().counts_from, None);
-        // The other sign of the same.
+        // The same offset with the other sign.
         let word_late = clock(0.3, 0.0).unwrap();
         let found = find(&word(0.0, 0.0), &word(0.3, 0.0), 3e-5).unwrap();
         assert!((found.seconds - word_late.to_add()).abs() < 1e-9, "{found:?}");
-        // Nothing to say of a drift, or of no offset.
+        // With a drift, or without an offset, there is no shift to report.
         assert!(clock(0.3, 0.1).is_none() && clock(0.0, 0.0).is_none() && clock(1e-5, 1e-3).is_none());
     }
 }
@@ -192,12 +192,12 @@ mod cycles {
             assert!(!cycles(|k| if k < from { 0.0 } else { 8.58e-3 }).drifts, "{from}");
         }
         assert!(!cycles(|k| 1e-6 * (7.0 * k as f64).sin()).drifts);
-        // Errors that are all the same have no course.
+        // Equal errors have no trend.
         let same = cycles(|_| 1e-3);
         assert!(!same.drifts && same.explained == 0.0);
     }
 
-    /// A drift under a scatter of its own size is one where there are enough cycles to tell.
+    /// A drift as large as its scatter is found if there are enough cycles.
     #[test]
     fn analytic_a_drift_stands_out_of_its_scatter() {
         let cycles = cycles(|k| 1e-4 * (k as f64 + (7.0 * k as f64).sin()));
@@ -249,7 +249,8 @@ mod detect {
             events.iter().map(|e| e.kind).collect::<Vec<_>>(),
             [EventKind::Stick, EventKind::Slip]
         );
-        // Exact but for rounding, which the differences of samples amplify by 1/h^2 (1e4), and where the secant stops.
+        // Exact except for rounding, which the differences of samples amplify by 1/h^2 (1e4), and for the end of the
+        // secant method.
         assert!((events[0].time - 1.2345).abs() < 1e-11, "{events:?}");
         assert!((events[1].time - 2.3456).abs() < 1e-10, "{events:?}");
     }
@@ -296,8 +297,8 @@ mod hysteresis {
     use stickslip::compare::{Detection, Detector, Found, Point};
     use stickslip::record::EventKind;
 
-    /// A stick that creeps with 0.015 rad/s from 0.1 s on, and ends by a rise from 0.3 s on, in samples of 1 ms; and one that ends
-    /// by a relative velocity of 0.1 t rad/s.
+    /// In samples of 1 ms: a stick that creeps with 0.015 rad/s from 0.1 s on, and ends by a rise from 0.3 s on; and
+    /// one that ends by a relative velocity of 0.1 t rad/s.
     #[test]
     fn analytic_hysteresis_delays_the_end_of_a_creeping_stick() {
         let creeping = |t: f64| match t {
@@ -306,7 +307,7 @@ mod hysteresis {
             _ => 0.015 + (t - 0.3),
         };
         assert!((delay_of(creeping) - 0.2).abs() < 2e-3);
-        // It begins to rise at 0, whatever the thresholds are.
+        // The rise begins at 0, whatever the thresholds are.
         assert!(delay_of(|t| 0.1 * t.max(0.0)).abs() < 2e-3);
     }
 
@@ -493,7 +494,7 @@ mod vocabulary {
         Vocabulary::of(case.words, &case.system)
     }
 
-    /// What the short form names by itself are the inertias and shafts of its general form.
+    /// The names of the short form are the inertias and shafts of its general form.
     #[test]
     fn analytic_the_short_form_has_the_channels_of_every_file() {
         let paper = of("paper");
@@ -568,7 +569,8 @@ mod wrong_event {
 
     #[test]
     fn analytic_the_first_event_that_stands_out_is_wrong_and_not_the_largest() {
-        // Two late events, the second the larger; both are less than a hundredth of the period late.
+        // Two late events, of which the second has the larger error; both are late by less than a hundredth of the
+        // period.
         let late = |k: usize| match k {
             7 => 2e-3,
             12 => 9e-3,
@@ -577,7 +579,7 @@ mod wrong_event {
         let wrong = first(late, 0.0).unwrap();
         assert_eq!((wrong.position, wrong.error, wrong.tolerance), (7, Some(2e-3), 1e-4));
         assert_eq!(wrong.words(), "event 7, a slip at 7.000000 s, is off by 2.0e-3 s");
-        // What the samples do not resolve is not wrong.
+        // Errors that the samples do not resolve are not wrong.
         assert_eq!(first(late, 3e-3).unwrap().position, 12);
         assert_eq!(first(late, 1e-2), None);
     }
@@ -593,7 +595,7 @@ mod wrong_event {
         assert_eq!(first(|k| 9e-3 * (k as f64).sin(), 0.0), None);
         let drift = |k: usize| 1e-3 * k as f64;
         assert_eq!(first(drift, 0.0).unwrap().position, 11);
-        // Nor have errors below 1e-4 of it, however one stands out.
+        // Nor are errors below 1e-4 of the period, however one of them stands out.
         assert_eq!(first(|k| if k == 3 { 9e-5 } else { 0.0 }, 0.0), None);
     }
 }

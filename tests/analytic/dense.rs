@@ -1,4 +1,4 @@
-//! Dense output and the samples around events: what they give is the run, at the times that the run gives itself.
+//! Dense output and the samples around events: they equal the run at the times of the run itself.
 
 use crate::common::cases::{built_in, parsed};
 use crate::common::truth;
@@ -16,7 +16,7 @@ use stickslip::simulation::{Around, Following, Method};
 
 const COLUMNS: usize = State::COUNT + Channels::COUNT;
 
-/// A clutch that is gripped at once: it locks while its engine and vehicle exchange momentum.
+/// A clutch that is engaged at once: it locks while engine and vehicle exchange momentum.
 const CLUTCH: &str = r#"[rotor]
 inertia = 0.2
 end = "free"
@@ -42,7 +42,6 @@ speed = 200
 end_time = 5
 "#;
 
-/// A run with its pieces.
 #[derive(Default)]
 struct Followed {
     rows: MemoryRecorder,
@@ -98,27 +97,27 @@ fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
     recorder.samples.iter().map(|sample| sample.time).collect()
 }
 
-/// A case of trains has its samples where its events are, too: also in a slip that is short against the interval of the samples,
-/// of trains that have no natural period.
+/// A case of trains also has dense samples around its events, even in a slip that is short compared with the interval
+/// of the samples, of trains without a natural period.
 #[test]
 fn analytic_a_short_slip_of_trains_has_samples() {
     let times = trains(&CaseSource::text(CLUTCH), &[]);
-    // The torque of the contact is 1710 N m: 200 rad/s/(1710/0.2 - 80/0.2 + 1710/1.5) rad/s^2 = 21.5 ms. Twenty samples between
-    // its ends, of which the first is at t = 0 and the last is an event.
+    // The torque of the contact is 1710 N m: 200 rad/s/(1710/0.2 - 80/0.2 + 1710/1.5) rad/s^2 = 21.5 ms. Twenty
+    // samples between its ends; the first is at t = 0 and the last is an event.
     let locked = 200.0 / (1710.0 / 0.2 - 80.0 / 0.2 + 1710.0 / 1.5);
     let inside = times.iter().filter(|t| **t > 0.0 && **t < locked).count();
     assert!(inside >= 19, "{inside} samples in {locked} s");
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
 }
 
-/// A run that would have more samples around its events than a file has is dense as it begins and as it ends.
+/// A run that would have more samples around its events than a file can have is dense at its beginning and at its end.
 #[test]
 fn property_too_many_samples_around_events_are_the_first_and_the_last() {
     // 16 periods of the mass on its spring, with 1e5 samples each.
     let belt = CaseSource::built_in("belt-coulomb").unwrap();
     let times = trains(&belt, &["output.samples_per_period=1e5"]);
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
-    // 5001 plain samples beside 300,000, of which rounding and what is at the same time take some.
+    // 5001 plain samples and 300,000 others, minus those lost to rounding and to equal times.
     assert!((299_000..=305_002).contains(&times.len()), "{}", times.len());
     let count = |from: f64, to: f64| times.iter().filter(|t| **t >= from && **t < to).count();
     // 150,000 samples are 0.94 s of this belt.
@@ -127,8 +126,9 @@ fn property_too_many_samples_around_events_are_the_first_and_the_last() {
     assert_eq!(count(4.0, 5.0), 500);
 }
 
-/// The samples of a window come from the engines themselves, at times that the pieces have not seen. The error of each channel is told
-/// by the channel's largest value; the energy residual is a difference of sums that are that well known.
+/// The samples of a window come from the engines themselves, at times that the fit of the pieces did not use. The
+/// error of each channel is relative to the channel's largest value. The energy residual is a difference of sums known
+/// to that accuracy.
 #[test]
 fn analytic_every_channel_is_that_of_the_run_at_every_time() {
     for method in [Method::Arkode, Method::Series, Method::Cvode] {
@@ -146,7 +146,7 @@ fn analytic_every_channel_is_that_of_the_run_at_every_time() {
         for pair in run.pieces.windows(2) {
             assert_eq!(pair[0].1, pair[1].0, "there is no gap");
         }
-        // No piece goes over an event.
+        // No piece crosses an event.
         for event in &run.rows.events {
             let over = run
                 .pieces
@@ -177,13 +177,13 @@ fn analytic_every_channel_is_that_of_the_run_at_every_time() {
             }
         }
         println!("{}: {} pieces, {worst:?}", method.name(), run.pieces.len());
-        // What the solvers of SUNDIALS give inside a step is smooth to a part of the tolerance of 1e-10.
+        // States inside a step of the SUNDIALS solvers are smooth to a part of the tolerance of 1e-10.
         let bound = if method == Method::Series { 2e-12 } else { 3e-11 };
         assert!(worst.0 < bound, "{}: {worst:?}", method.name());
     }
 }
 
-/// Following a run changes none of its events, by no bit.
+/// Dense output changes no bit of any event.
 #[test]
 fn regression_events_are_those_of_the_run_that_is_not_followed() {
     for method in [Method::Arkode, Method::Series, Method::CvodeBdf] {
@@ -206,7 +206,7 @@ fn regression_events_are_those_of_the_run_that_is_not_followed() {
     }
 }
 
-/// A case without windows has its samples where its events are: a hundred in a natural period around each.
+/// A case without windows has dense samples around its events: a hundred in a natural period.
 #[test]
 fn property_samples_follow_the_events_of_a_case_without_windows() {
     let case = paper(&["output.window=[]"]);
@@ -230,7 +230,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
     }
     assert!(times.len() < 100_000, "{}", times.len());
 
-    // However far the plain samples are apart, and whatever the margin is compared with the steps, times increase.
+    // Times increase for any interval of the plain samples, and for any ratio of the margin to the steps.
     for (interval, margin) in [(1e-3, 5e-3), (2e-4, 1e-3), (5e-3, 1e-3), (1e-2, 3e-2), (1.0, 1e-4)] {
         for (name, method) in [
             ("paper", Method::Arkode),
@@ -254,7 +254,7 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
         }
     }
 
-    // Where the samples around events are used up, the plain ones go on.
+    // After the last dense samples the plain ones continue.
     let case = paper(&[
         "output.window=[]",
         "output.samples_per_period=2e4",
@@ -292,8 +292,8 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
     assert!(run.rows.samples.len() < near + 1010);
 }
 
-/// The multiprecision truth has states between the events, at which this run has no sample. After the onset of the truth's own
-/// noise-free growth the run is as near to it as its events are.
+/// The multiprecision truth has states between the events, where this run has no sample. After the onset of the
+/// truth's own noise-free growth the run is as close to it as its events are.
 #[test]
 fn multiprecision_states_between_the_samples_are_the_oracles() {
     let truth = truth("si-kick");
@@ -312,7 +312,7 @@ fn multiprecision_states_between_the_samples_are_the_oracles() {
             continue;
         }
         for (name, expected) in &sample.state {
-            // What a unit of the channel is worth: angles of a twist, an angle per turn of the fast mode, a speed.
+            // The scale of each channel: the size of a twist, an angle per turn of the fast mode, a speed.
             let (name, scale) = match name.as_str() {
                 "stator_twist" => ("phi1", 1e-5),
                 "rotor_twist" => ("rotor_twist", 1e-5),

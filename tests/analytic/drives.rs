@@ -1,4 +1,4 @@
-//! The signals of trains against closed forms, and what is said of any of them against its own values.
+//! The signals of trains against closed forms, and their stated properties against their own values.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -51,7 +51,7 @@ fn analytic_a_timeline_has_the_corners_of_all_its_drives_once() {
         (timeline.start(1), timeline.end(1), timeline.end(3)),
         (1.0, 2.0, f64::INFINITY)
     );
-    // Beyond the end of its stretch a ramp goes on.
+    // Beyond the end of its stretch a ramp continues.
     assert_eq!((timeline.value(0, 0, 1.5), timeline.value(0, 1, 1.5)), (3.0, 2.0));
     assert_eq!((timeline.slope(1, 0, 0.5), timeline.slope(1, 2, 2.0)), (2.0, TAU));
 }
@@ -69,14 +69,14 @@ fn analytic_harmonics_are_sine_and_cosine() {
             });
             let timeline = Timeline::new(&[&drive]);
             for t in [0.0, 0.1, 1.0, 10.0] {
-                // 3 times some roundings of an argument of up to 70.
+                // 3 times some roundings of an argument up to 70.
                 assert!((timeline.value(0, 0, t) - 0.5 - 3.0 * of(7.0 * t + phase)).abs() < 5e-14);
             }
         }
     }
 }
 
-/// A frequency in cycles that is a whole number returns to its start at each whole second, however late.
+/// A harmonic whose frequency in cycles is a whole number returns to its start at each whole second, however late.
 #[test]
 fn analytic_late_harmonics_keep_their_phase() {
     let drive = Drive::Wave(wave(HarmonicShape::Sine, 1.0, Frequency::Cycles(50.0), 0.3));
@@ -99,7 +99,7 @@ fn analytic_integrals_are_the_antiderivatives() {
         let rise = if t < 2.0 { t * t } else { 4.0 + 4.0 * (t - 2.0) };
         assert!((timeline.integral(2, t) - rise - t).abs() < 1e-13);
     }
-    // Whole turns leave nothing, however many there have been.
+    // Whole turns add nothing, however many there have been.
     assert_eq!(timeline.integral(1, 1e9), 0.0);
 }
 
@@ -199,7 +199,6 @@ fn any_drive() -> impl Strategy<Value = Drive> {
     })
 }
 
-/// The integral of a smooth function by Gauss's rule with five points on short intervals.
 fn quadrature(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
     const RULE: [(f64, f64); 3] = [
         (0.0, 128.0 / 225.0),
@@ -226,8 +225,8 @@ proptest! {
             timeline.series(index, stretch, t, 0.05, &mut series);
             for tau in [-0.05, 0.02, 0.05f64] {
                 let sum: f64 = (0..24).map(|n| series[n] * (tau / 0.05).powi(n as i32)).sum();
-                // Frequencies are at most 31 rad/s, so that the first term left out is 1.6^24/24! of 18, 2e-18; what is left is
-                // rounding of values of at most some 30, and of arguments of at most 200.
+                // Frequencies are at most 31 rad/s, so that the first omitted term is 1.6^24/24! of 18, 2e-18. The
+                // rest is rounding of values up to some 30, and of arguments up to 200.
                 prop_assert!((sum - timeline.value(index, stretch, t + tau)).abs() < 1e-12);
             }
             prop_assert!((series[1] / 0.05 - timeline.slope(index, stretch, t)).abs() < 1e-11);

@@ -1,4 +1,4 @@
-//! The parts of the model: coordinates, margins, slow motions, and when a dip reaches zero.
+//! The parts of the model: coordinates, margins, slow motions, and the zeros of dips.
 
 mod absolute_angles {
     use stickslip::case::{Case, CaseSource};
@@ -8,8 +8,8 @@ mod absolute_angles {
     use stickslip::model::equations::{Outside, SystemEquations};
     use stickslip::model::{Mode, Parameters};
 
-    /// Far from any switch both sets of equations are one: the accelerations of the twist coordinates are the differences
-    /// of those of the angles, here at small angles, where no digits are lost.
+    /// Far from any switch both sets of equations agree: the accelerations of the twist coordinates are the
+    /// differences of the angles' accelerations. The angles are small here, so that no digits are lost.
     #[test]
     fn property_same_accelerations_as_in_twist_coordinates() {
         let source = CaseSource::built_in("paper").unwrap();
@@ -125,7 +125,7 @@ mod chain_coordinates {
     use stickslip::model::equations::{Engagement, Outside, SystemEquations};
     use stickslip::numerics::band::BandMut;
 
-    /// Trains of both ends, with bearings on every inertia; a rigid surface; bristles.
+    /// Trains with both kinds of ends, with bearings on every inertia; a rigid surface; bristles.
     fn systems() -> Vec<SystemEquations> {
         let friction = "[friction]\nbreakaway = 0.8\nlow_speed = 0.8\nhigh_speed = 0.5\ndecay = 0.9\n";
         let lugre = "[friction]\nlaw = \"lugre\"\nlow_speed = 0.8\nhigh_speed = 0.5\nscale = 0.4\nbristle_stiffness = 1e3\n\
@@ -226,7 +226,7 @@ mod margin {
         }
     }
 
-    /// Re and Im of Z by complex division.
+    /// Real and imaginary part of Z by complex division.
     fn impedance(surfaces: [[f64; 3]; 2], omega: f64) -> [f64; 2] {
         let of = |[j, a, k]: [f64; 3]| nalgebra::Complex::new(a, omega * j - k / omega);
         let [one, other] = surfaces.map(of);
@@ -234,7 +234,7 @@ mod margin {
         [both.re, both.im]
     }
 
-    /// Against a scan of the zeros of Im Z; its step of 1e-5 of omega leaves 1e-4 of R.
+    /// Against a scan of the zeros of Im Z. The scan's step of 1e-5 of omega leaves an error of 1e-4 of R.
     #[test]
     fn analytic_the_least_resistance_is_that_of_a_scan() {
         for surfaces in [
@@ -258,7 +258,7 @@ mod margin {
         }
     }
 
-    /// Next to equal frequencies the resistance is that of equal ones.
+    /// For nearly equal frequencies the resistance is that of equal ones.
     #[test]
     fn analytic_nearly_equal_frequencies_are_no_special_case() {
         let (one, other) = (surface([1.0, 3.0, 100.0]), surface([2.0, 1.0, 200.0]));
@@ -271,7 +271,7 @@ mod margin {
         }
     }
 
-    /// Two surfaces without springs do not swing; an undamped swing has no resistance.
+    /// Two surfaces without springs do not swing; an undamped oscillation has no resistance.
     #[test]
     fn analytic_a_swing_needs_a_spring() {
         let loose = surface([1.0, 2.0, 0.0]);
@@ -285,7 +285,7 @@ mod oscillator {
     use stickslip::model::oscillator::DampedOscillator;
 
     proptest! {
-        /// The flow composes: advancing twice equals advancing once, in every damping regime.
+        /// The flow composes: two short advances equal one long advance, in every damping regime.
         #[test]
         fn property_advance_composes(damping in 0.0..6.0f64, first in 0.0..3.0f64, second in 0.0..3.0f64) {
             let o = DampedOscillator::new(1.0, damping, 1.0);
@@ -320,8 +320,8 @@ mod slow_manifold {
     use stickslip::numerics::taylor;
     use stickslip::signal::Drive;
 
-    /// The equations of the system, an independent code, hold along the motion: with a free rotor, a free stator, bearings, an
-    /// external torque, a driven end, and a force that bends.
+    /// The equations of the system, an independent code, hold along the motion: with a free rotor, a free stator,
+    /// bearings, an external torque, a driven end, and a curved force.
     #[test]
     fn analytic_the_motion_of_chains_solves_their_equations() {
         let mut cases = [
@@ -329,7 +329,7 @@ mod slow_manifold {
             systems::chains(),
             systems::chains(),
             systems::chains(),
-            // A brake whose friction changes slowly enough for the expansion to come to rounding.
+            // Brakes whose friction changes slowly enough for the expansion to reach rounding.
             (0..60)
                 .map(|index| System::from(&systems::brake(index)))
                 .find(|brake| {
@@ -394,7 +394,8 @@ mod slow_manifold {
             let mut checked = 0;
             series.states(&system, |index, series| {
                 let rate = taylor::value(&derivative(series), tau);
-                // An acceleration is a sum of torques, of which T is the largest, over an inertia; 0.009 is the smallest.
+                // An acceleration is a sum of torques over an inertia. T is the largest torque; 0.009 is the smallest
+                // inertia.
                 let rounding = 8.0 * f64::EPSILON * torque.abs() / 0.009;
                 assert!(
                     (rate - rates[index]).abs() <= 1e-12 * rate.abs() + rounding,
@@ -416,7 +417,8 @@ mod slow_motion {
     use stickslip::model::system::System;
     use stickslip::numerics::eigenvalues::eigenvalues;
 
-    /// P is a projector that commutes with A, and keeps a rotor that swings on both shafts while the disks' own mode goes.
+    /// P is a projector that commutes with A. It keeps a rotor that swings on both shafts, and removes the disks' own
+    /// mode.
     #[test]
     fn analytic_what_is_kept_of_a_stick_is_its_slow_mode() {
         for number in 0..20 {
@@ -458,8 +460,8 @@ mod stability {
         rates(system, kappa, Slow::OfFreeChains).decay
     }
 
-    /// The closed form of alike disks holds the far end of the rotor's shaft. A rotor that gives way mistunes the disks, and the
-    /// least damped mode then decays faster.
+    /// The closed form of equal disks holds the far end of the rotor's shaft. A rotor that gives way mistunes the
+    /// disks, and the least damped mode then decays faster.
     #[test]
     fn analytic_alike_disks_decay_as_their_spectrum_says() {
         for number in 0..40 {
@@ -482,8 +484,8 @@ mod stability {
         }
     }
 
-    /// Unlike disks of the same frequency whose shafts end in a heavy rotor and in the ground: R = a_1 a_2/(a_1 + a_2) in closed
-    /// form, and there the fast modes turn unstable.
+    /// Unequal disks of the same frequency whose shafts end in a heavy rotor and in the ground: R = a_1 a_2/(a_1 +
+    /// a_2) in closed form, and there the fast modes become unstable.
     #[test]
     fn analytic_the_decay_is_zero_where_the_margin_is() {
         let mut case = systems::chains();
@@ -501,11 +503,12 @@ mod stability {
         let resistance = twice_resistance / 2.0;
         let own = modes.decay(&system, 0.0);
         assert!(own > 100.0);
-        // A swing at the margin's zero decays by half of its small damping over the mean inertia; both disks differ by 2.
+        // An oscillation at the margin's zero decays by half of its small damping over the mean inertia; the two disks
+        // differ by a factor of 2.
         assert!(modes.decay(&system, -resistance).abs() < 2e-3 * own);
         assert!(modes.decay(&system, -0.99 * resistance) > 0.0);
         assert!(modes.decay(&system, -1.01 * resistance) < 0.0);
-        // Between its values the decay is a line; against the spectrum itself.
+        // Between its nodes the decay is interpolated linearly. It is compared with the spectrum itself.
         for part in [-0.97, -0.5, -0.3, 0.2, 3.0] {
             let kappa = part * resistance;
             let (line, exact) = (modes.decay(&system, kappa), fast_decay(&system, kappa));
@@ -513,7 +516,8 @@ mod stability {
         }
     }
 
-    /// The bounds hold against the spectrum of longer chains, and the forecast loses stability where the bounds allow it.
+    /// The bounds are compared with the spectrum of longer chains; the forecast loses stability where the bounds allow
+    /// it.
     #[test]
     fn property_a_quiet_stretch_of_chains_bounds_its_spectrum() {
         for stiffer in [1.0, 3.0, 0.3] {
@@ -569,7 +573,7 @@ mod stability {
 mod dips {
     use stickslip::hybrid::dips::may_reach_zero;
 
-    /// The parabola t^2 - 1 + c over -1.1 to 1.2: its tangents see every dip, and let go of what is far above zero.
+    /// The parabola t^2 - 1 + c over -1.1 to 1.2: its tangents detect every dip, and exclude parabolas far above zero.
     #[test]
     fn analytic_tangents_see_every_dip() {
         let ends = |c: f64| ((1.21 - 1.0 + c, -2.2), (1.44 - 1.0 + c, 2.4));

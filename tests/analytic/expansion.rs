@@ -1,4 +1,5 @@
-//! The Taylor expansion of a motion in numbers other than `f64`: enclosures, and doubles with a first-order error. Its oracle is the expansion in `f64`.
+//! The Taylor expansion of a motion in numbers other than `f64`: enclosures, and doubles with a first-order error.
+//! They are compared with the expansion in `f64`.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -17,8 +18,9 @@ use stickslip::simulation::{SystemDynamics, SystemLocation};
 
 // Numbers.
 
-/// All reals from `low` to `high`. Every bound is rounded outwards by one unit in the last place, those of functions by two: a
-/// correct rounding, or a function within one unit, of any points inside is inside. Comparisons say what is certain.
+/// All reals from `low` to `high`. Every bound is rounded outwards by one unit in the last place, bounds of functions
+/// by two. Then the correctly rounded result of any points inside is inside, and so is that of a function with an
+/// error of one unit. A comparison is true if it is certain.
 #[derive(Debug, Clone, Copy)]
 struct Interval {
     low: f64,
@@ -50,7 +52,6 @@ impl Interval {
         self.high - self.low
     }
 
-    /// Of a function that rises.
     fn rising(self, function: impl Fn(f64) -> f64) -> Interval {
         Interval::outwards(function(self.low).next_down(), function(self.high).next_up())
     }
@@ -158,7 +159,7 @@ impl Number for Interval {
     }
 
     fn sin_cos(self) -> (Interval, Interval) {
-        // No slope is above 1.
+        // No slope exceeds 1.
         let middle = f64::midpoint(self.low, self.high);
         let reach = (self.width() + middle.abs() * f64::EPSILON) + 4.0 * f64::EPSILON;
         let about = |value: f64| Interval::outwards(value - reach, value + reach);
@@ -180,8 +181,8 @@ impl Number for Interval {
     }
 }
 
-/// A double with a bound of its error, to first order: what the operations before it have brought, and half a unit in the last
-/// place of its own.
+/// A double with a first-order bound of its error: the errors of the earlier operations, and half a unit in the last
+/// place for its own.
 #[derive(Debug, Clone, Copy)]
 struct Uncertain {
     value: f64,
@@ -281,7 +282,7 @@ impl Number for Uncertain {
 
     fn sin_cos(self) -> (Uncertain, Uncertain) {
         let (sine, cosine) = self.value.sin_cos();
-        // The enclosure's slopes are 1, and its errors those of 1.
+        // The enclosure's slopes are 1, and its errors those of a value of 1.
         let about = |value: f64| Uncertain {
             value,
             error: self.error + (4.0 + self.value.abs()) * f64::EPSILON,
@@ -458,7 +459,7 @@ fn belts() -> Vec<System> {
     belts
 }
 
-/// A motion: where it starts, and by which unit of time it is expanded (s).
+/// A motion: its start, and the unit of time of its expansion (s).
 struct Motion {
     dynamics: SystemDynamics,
     location: SystemLocation,
@@ -468,7 +469,7 @@ struct Motion {
 }
 
 impl Motion {
-    /// Every coefficient that an expansion gives, with its order and a name.
+    /// Every coefficient of an expansion, with its order and a name.
     fn coefficients<T: Number>(&self, system: &SystemEquations<T>, y: &[T]) -> Vec<(String, T)> {
         let mut expansion = Expansion::new(system, &self.dynamics.excitation);
         expansion.expand(
@@ -517,7 +518,7 @@ impl Motion {
     }
 }
 
-/// The motions of a system in every mode and sense that it has, at some times.
+/// The motions of a system in each of its modes and senses, at some times.
 fn motions(trains: &System, times: [f64; 2], speed: f64, twist: f64, unit: f64) -> Vec<Motion> {
     let modes: &[(Mode, i8)] = match trains.contact {
         ContactLaw::StickSlip => &[
@@ -544,7 +545,7 @@ fn motions(trains: &System, times: [f64; 2], speed: f64, twist: f64, unit: f64) 
                 sense,
                 ..SystemLocation::new(mode, dynamics.excitation.stretch(t))
             };
-            // omega_r is what is asked for.
+            // Sets omega_r to the requested value.
             let lacks = f64::from(sense) * speed - system.relative_velocity(&dynamics.outside(&location, t), &y);
             match system.rotor.speed {
                 Some(index) => y[index] += lacks,
@@ -565,7 +566,7 @@ fn motions(trains: &System, times: [f64; 2], speed: f64, twist: f64, unit: f64) 
 }
 
 fn all_motions() -> Vec<Motion> {
-    // 0.3 s: the ramp; 1.0005 s: the ringing that its end sets going.
+    // 0.3 s is on the ramp; 1.0005 s is in the ringing that follows its end.
     let mut all = motions(&brake(), [0.3, 1.0005], 0.5, 1e-4, 3e-5);
     for trains in belts() {
         // Bristles are stiffer than the block's spring.
@@ -582,15 +583,15 @@ fn all_motions() -> Vec<Motion> {
 
 // Tests.
 
-/// Holds enclosures against the coefficients in doubles, and their widths against the errors to first order. An operation widens an
-/// enclosure by four of the half units in the last place of which each is added to the error; what widths and errors become by
-/// the operations that follow is the same to first order. Another factor of 2 is room for the second order.
+/// Compares enclosures with the coefficients in doubles, and their widths with the first-order errors. An operation
+/// widens an enclosure by four of the half units in the last place of which it adds one to the error. The following
+/// operations change widths and errors equally to first order. Another factor of 2 is room for the second order.
 #[track_caller]
 fn holds(enclosures: &[(String, Interval)], doubles: &[(String, f64)], errors: &[(String, Uncertain)], said: &str) {
     assert_eq!(enclosures.len(), doubles.len());
     for ((name, enclosure), ((_, double), (_, error))) in enclosures.iter().zip(doubles.iter().zip(errors)) {
         assert!(enclosure.holds(*double), "{said}, {name}: {double:e} in {enclosure:?}");
-        // Where all is zero, the outward roundings of zero remain.
+        // If all values are zero, the outward roundings of zero remain.
         let bound = 8.0 * error.error + 1e-300;
         assert!(
             enclosure.width() <= bound,
@@ -613,7 +614,7 @@ fn analytic_enclosures_hold_the_coefficients_in_doubles() {
         let errors = motion.coefficients(&system.map(Uncertain::of), &of(&motion.y));
         let said = format!("motion {number}, {:?} of {}", motion.location.mode, system.law.name());
         holds(&enclosures, &doubles, &errors, &said);
-        // The state some way on is a sum of 28 terms, each of up to some tens of roundings a term.
+        // The later state is a sum of 28 terms, each with up to some tens of roundings.
         for (name, enclosure) in enclosures.iter().filter(|(name, _)| name.ends_with("later")) {
             let share = enclosure.width() / enclosure.low.abs().max(enclosure.high.abs());
             worst = worst.max(share);
@@ -623,7 +624,7 @@ fn analytic_enclosures_hold_the_coefficients_in_doubles() {
     assert!(worst > f64::EPSILON, "{worst:e}");
 }
 
-/// Inertia, stiffness, damping and radius known to 1e-6: the motions of all points inside are inside.
+/// Inertia, stiffness, damping and radius are known to 1e-6: the motions of all points inside are inside.
 #[test]
 fn analytic_enclosures_of_parameters_hold_what_is_inside() {
     const WIDTH: f64 = 1e-6;
@@ -657,7 +658,7 @@ fn analytic_enclosures_of_parameters_hold_what_is_inside() {
         let errors = motion.coefficients(&uncertain, &of(&motion.y));
         for corner in 0..8 {
             let mut moved = system.clone();
-            // Ends and insides, other ones for each parameter.
+            // Ends and interior points, different for each parameter.
             let mut place = corner;
             let mut move_ = |value: &mut f64| {
                 place = (place * 5 + 3) % 8;

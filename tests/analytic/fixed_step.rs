@@ -1,4 +1,4 @@
-//! Fixed steps: halving the step divides the error by 2^order, where the exact solution is known.
+//! Fixed steps: where the exact solution is known, halving the step divides the error by 2^order.
 
 use crate::common::linear_brake::LinearBrake;
 use crate::common::{output, run, solver, truth};
@@ -7,11 +7,11 @@ use stickslip::model::Parameters;
 use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Method, SolverOptions};
 
-/// The end of the smooth slip, s: some eight natural periods, in which the oscillation that the step of the force starts
-/// keeps more than a tenth of its size.
+/// End of the smooth slip, s: some eight natural periods, after which the oscillation excited by the step of the force
+/// still has more than a tenth of its size.
 const END: f64 = 0.002;
 
-/// Slip under a force that is applied at once, with constant friction: linear, and it rings.
+/// Slip under a force that is applied at once, with constant friction: a linear motion that rings.
 fn slip() -> Parameters {
     let mut parameters = truth("si-kick").parameters;
     parameters.perturbations.clear();
@@ -55,7 +55,7 @@ fn analytic_order_by_halving_the_step() {
             let (recorder, report) = run(&parameters, &options, &output(END, END));
             let last = recorder.samples.last().unwrap();
             assert_eq!(last.time, END);
-            // Every step has the length, but for the last before each of a few changes of the step regime.
+            // Every step has this length, except the last step before each of a few changes of the step regime.
             let taken: u64 = report.work.iter().map(|w| w.steps).sum();
             let least = (END / step).round() as u64;
             assert!((least..least + 8).contains(&taken), "{name}: {taken} steps of {step}");
@@ -63,8 +63,8 @@ fn analytic_order_by_halving_the_step() {
         });
         let order = (errors[0] / errors[1]).log2();
         println!("{name}: {:.1e} and {:.1e}, order {order:.2}", errors[0], errors[1]);
-        // The next term of the error's series moves the quotient, the rounding of 1e-16 of the twist does not. On a linear
-        // problem the first term of a method of high order is small, and the quotient is above it.
+        // The next term of the error's series changes the quotient; the rounding of 1e-16 of the twist does not. On a
+        // linear problem the first term of a method of high order is small, and the quotient is larger.
         let expected = f64::from(table.order());
         let above = if expected < 6.0 { 0.6 } else { 3.0 };
         assert!(

@@ -1,4 +1,4 @@
-//! The friction laws against what the rest of the program is promised of a law.
+//! The friction laws against the properties that the rest of the program relies on.
 
 use proptest::prelude::*;
 use stickslip::friction::{self, Bounds, Coulomb, Exponential, FrictionLaw, Hyperbolic, Law, LawSeries, Stribeck};
@@ -6,17 +6,16 @@ use stickslip::numerics::taylor;
 
 const TERMS: usize = 28;
 
-/// Everything between `from` and `to` in `count` equal steps.
 fn grid(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
     (0..=count).map(move |k| from + (to - from) * k as f64 / count as f64)
 }
 
-/// What every law is held to, at speeds up to `end`; `damping` and `weight` are those of a margin.
+/// Properties of every law, at speeds up to `end`; `damping` and `weight` define a margin.
 fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestCaseError> {
     let largest = law.coefficient_bounds(0.0, end).most;
     let steepest = law.slope_bounds(0.0, f64::INFINITY);
     let slope_scale = steepest.most.abs().max(steepest.least.abs());
-    // Values at the ends of an interval are rounded as those inside it are.
+    // Values at the ends of an interval are rounded like those inside.
     let (rounding, slope_rounding) = (4.0 * f64::EPSILON * largest, 1e-14 * slope_scale);
     prop_assert!((law.coefficient(0.0) - law.at_vanishing_speed()).abs() <= rounding);
     prop_assert!(law.knots().iter().all(|knot| *knot >= end));
@@ -48,7 +47,7 @@ fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestC
         let expected = law.coefficient_and_slope(x).1;
         let error = 1e-7 * slope_scale + 2.0 * rounding / h;
         prop_assert!((slope - expected).abs() < error, "{x}: {slope} {expected}");
-        // mu'' against the largest slope, as far as differences tell.
+        // mu'' against the largest slope, as far as differences resolve it.
         let curvature = (after.1 - before.1).abs() / (2.0 * h);
         let bound = law.steepness_rate(x) * slope_scale;
         prop_assert!(
@@ -60,7 +59,6 @@ fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestC
     zeros_are_sign_changes(law, end, damping, weight)
 }
 
-/// The zeros of the margin are all of its changes of sign, the highest first.
 fn zeros_are_sign_changes(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestCaseError> {
     let margin = |x: f64| damping + weight * law.coefficient_and_slope(x).1;
     let zeros = law.damping_zeros(damping, weight);
@@ -71,16 +69,16 @@ fn zeros_are_sign_changes(law: &impl Law, end: f64, damping: f64, weight: f64) -
     let near = |x: f64| zeros.iter().any(|zero| (zero - x).abs() < 1e-6 * end);
     for x in grid(0.0, end, 500).filter(|&x| !near(x)) {
         let above = zeros.iter().filter(|&&zero| zero > x).count();
-        // Above all of them sliding is damped.
+        // Above all zeros sliding is damped.
         prop_assert_eq!(margin(x) > 0.0, above % 2 == 0, "{}: {} of {:?}", x, margin(x), zeros);
         prop_assert!(margin(x) > 0.0 || x < law.damped_from(damping, weight));
     }
     Ok(())
 }
 
-/// The coefficients along x(t) = x_0 + x_1 t + x_2 t^2, |t| <= 1, against the law itself, as far as the law allows: the last
-/// four terms then say what is left out (of an even motion every other one vanishes, and the others may fall by as little as a
-/// fifth from one to the next), and sums of terms up to e^6 of the result round.
+/// The coefficients along x(t) = x_0 + x_1 t + x_2 t^2, |t| <= 1, against the law itself, as far as the law allows.
+/// The last four terms bound the remainder (in an even motion every other term vanishes, and the others may fall by as
+/// little as a factor of 0.8), and sums of terms up to e^6 of the result have rounding.
 fn series_are_the_law(law: &impl Law, x: [f64; 3]) -> Result<(), TestCaseError> {
     let end = 0.999 * law.expandable_share(x[0], x[1].abs() + x[2].abs());
     let steepest = law.slope_bounds(0.0, f64::INFINITY);
@@ -171,7 +169,7 @@ proptest! {
         hold(&law, 20.0 * scale, damping, weight)?;
         series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
         prop_assert_eq!(law.falls(), low_speed > high_speed);
-        // Finite beyond the pole, and without a jump where the tangent takes over.
+        // Finite beyond the pole, and without a jump where the tangent replaces the law.
         prop_assert!(law.coefficient(-scale).is_finite() && law.coefficient(-3.0 * scale).is_finite());
         let jump = law.coefficient(-0.5 * scale * (1.0 + 1e-9)) - law.coefficient(-0.5 * scale * (1.0 - 1e-9));
         prop_assert!(jump.abs() < 1e-7);
@@ -183,9 +181,9 @@ proptest! {
         exponent in 1..=4i32, ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),
     ) {
         let drop = low_speed - high_speed;
-        // A constant has no scale that a difference could be taken over.
+        // A constant has no scale for a difference.
         prop_assume!(drop.abs() > 1e-3);
-        // Every third without a rise.
+        // Every third law has no rise.
         let viscous = (rise - 0.4).max(0.0) * drop.abs() / scale;
         let law = FrictionLaw::from(Stribeck {
             low_speed, high_speed, scale, exponent: f64::from(exponent), viscous,
@@ -193,7 +191,7 @@ proptest! {
         let weight = 100.0;
         hold(&law, 8.0 * scale, weight * drop.abs().max(1e-3) / scale / ratio, weight)?;
         series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
-        // Below this no derivative is missed.
+        // Below this speed no derivative is missed.
         let size = 1e-6 * (drop.abs() / scale.powi(5)).max(1e-300);
         prop_assert!(law.speed_of_derivative(5, size) >= scale);
     }
@@ -215,19 +213,19 @@ proptest! {
         low_speed in 0.1..1.5f64, end in 0.1..10.0f64, c in prop::array::uniform3(-0.5..0.5f64),
         ratio in 0.2..50.0f64, x in 0.1..0.9f64, change in prop::array::uniform2(-0.5..0.5f64),
     ) {
-        // A straight line has no scale that a difference could be taken over.
+        // A straight line has no scale for a difference.
         prop_assume!(c[1].abs() + c[2].abs() > 0.02);
         let [linear, quadratic, cubic] = [c[0] / end, c[1] / end.powi(2), c[2] / end.powi(3)];
         let polynomial = friction::Polynomial { low_speed, linear, quadratic, cubic, valid_below: end };
         let law = FrictionLaw::from(polynomial);
-        // Negative somewhere is what is complained of, and only that.
+        // The only complaint is about a coefficient that is negative somewhere.
         let least = grid(0.0, end, 500).map(|x| law.coefficient(x)).fold(f64::INFINITY, f64::min);
         prop_assert!(least.abs() < 1e-5 || law.complaints().is_empty() == (least > 0.0));
         prop_assert_eq!((law.ends_at(), law.knots()), (end, &[end][..]));
         if least < 1e-3 {
             return Ok(());
         }
-        // A margin that is damped where the law ends.
+        // A margin that is damped at the end of the law.
         let weight = 100.0;
         let steepest = law.coefficient_and_slope(end).1;
         let damping = weight * (1.0 / end / ratio - steepest.min(0.0));
@@ -250,20 +248,20 @@ proptest! {
         let law = FrictionLaw::from(table);
         prop_assert!(law.complaints().is_empty());
         prop_assert_eq!(law.knots(), &speed[1..]);
-        // Through the points, and constant above them.
+        // Through the points, and constant above the last one.
         for (x, y) in speed.iter().zip(&mu) {
             prop_assert!((law.coefficient(*x) - y).abs() < 1e-14);
         }
         let end = speed[speed.len() - 1];
         prop_assert_eq!(law.coefficient_and_slope(end + 1.0), (mu[mu.len() - 1], 0.0));
-        // Between two points within their coefficients: no curve has extremes of its own.
+        // Between two points the curve stays within their coefficients: it adds no extremes.
         for (k, pair) in speed.windows(2).enumerate() {
             let (least, most) = (mu[k].min(mu[k + 1]), mu[k].max(mu[k + 1]));
             let bounds = law.coefficient_bounds(pair[0], pair[1]);
             prop_assert!(bounds.least >= least - 1e-12 && bounds.most <= most + 1e-12, "{bounds:?}");
             let slopes = law.slope_bounds(pair[0], pair[1]);
             let piece = law.continued(k);
-            // The last of the grid may be a rounding beyond its end.
+            // The last speed of the grid may lie beyond its end by a rounding.
             for x in grid(pair[0], pair[1], 50).skip(1).map(|x| x.min(pair[1])) {
                 let (value, slope) = law.coefficient_and_slope(x);
                 prop_assert_eq!(value, law.coefficient(x));
@@ -272,7 +270,7 @@ proptest! {
                 prop_assert_eq!(piece.coefficient_and_slope(x), (value, slope));
             }
             prop_assert!(piece.knots().is_empty() && piece.coefficient(pair[1] + ahead).is_finite());
-            // The series of the whole law is that of the piece where it starts: to the rounding of sums of some terms.
+            // The series of the whole law is that of its piece at the start, to the rounding of sums of some terms.
             let width = pair[1] - pair[0];
             let x = [f64::midpoint(pair[0], pair[1]), 0.4 * width, 0.05 * width];
             let mut series = law.series::<f64, TERMS>();
@@ -292,7 +290,7 @@ proptest! {
                 prop_assert!((taylor::value(&of_slope, t) - slope).abs() < 1e-13 / width);
             }
         }
-        // The curve itself has a slope without jumps.
+        // The slope of the curve itself has no jumps.
         if !linear {
             for x in &speed[1..speed.len() - 1] {
                 let jump = law.coefficient_and_slope(x * (1.0 + 1e-12)).1 - law.coefficient_and_slope(*x).1;
@@ -326,7 +324,8 @@ proptest! {
     }
 }
 
-/// With a rise, sliding is unstable between two speeds, and stable above and below: what `damped_from` says is the upper one.
+/// With a rise, sliding is unstable between two speeds, and stable above and below: `damped_from` gives the upper
+/// speed.
 #[test]
 fn analytic_a_law_that_rises_again_restabilises() {
     let law = Stribeck {
@@ -343,7 +342,7 @@ fn analytic_a_law_that_rises_again_restabilises() {
     assert!(least < law.coefficient(10.0) && least < law.coefficient(0.0));
 }
 
-/// Without damping falling friction is unstable at every speed, and friction that does not fall at none.
+/// Without damping sliding is unstable at every speed if friction falls, and at none if it does not fall.
 #[test]
 fn analytic_without_damping_all_speeds_are_alike() {
     let law = |low_speed: f64, decay: f64| Exponential {

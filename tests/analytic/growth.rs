@@ -1,4 +1,4 @@
-//! The growth exponent against the quasi-static integral, whenever a kick comes and whatever the force does before.
+//! The growth exponent against the quasi-static integral, for kicks at any time and any earlier force.
 
 use crate::common::rigid_growth::rigid_growth;
 use crate::common::{output, run, truth};
@@ -33,7 +33,7 @@ fn kicked(parameters: &Parameters, time: f64) -> Parameters {
     }
 }
 
-/// What the integral leaves out is of the size of J/I = 0.5 % and of the 0.1 ms between the margin and the eigenvalue.
+/// The integral neglects terms of the size of J/I = 0.5 %, and the 0.1 ms between the margin and the eigenvalue.
 const QUASI_STATIC: f64 = 0.012;
 
 /// G of the two cases: 98.5 and 88.1, against 99.3 and 88.7.
@@ -52,8 +52,8 @@ fn analytic_growth_is_the_quasi_static_integral() {
     }
 }
 
-/// The growth with a table is that of its curve, wherever its points lie. The tolerances are those of the steps on a piece, and
-/// of the curve's slopes, which are good to the square of 1 % of the law's scale times a few.
+/// The growth with a table equals that with its curve, wherever the points lie. The tolerances are those of the steps
+/// on a piece, and of the curve's slopes, whose error is a few times the square of 1 % of the law's scale.
 #[test]
 fn analytic_growth_with_a_table_is_that_of_its_curve() {
     let exponential = truth("paper").parameters;
@@ -79,12 +79,13 @@ fn analytic_growth_with_a_table_is_that_of_its_curve() {
     );
     assert!((curve.exponent / own.exponent - 1.0).abs() < 2e-3, "{own:?} {curve:?}");
     assert!((curve.smooth_end - own.smooth_end).abs() < 1e-4, "{own:?} {curve:?}");
-    // From the kick, which came before the loss of stability: the way back.
+    // From the kick, before the loss of stability, to that loss.
     let to_loss = |growth: &Growth| growth.to_first_stick - growth.from_kick.unwrap();
     assert!((to_loss(&curve) - to_loss(&own)).abs() < 0.01, "{own:?} {curve:?}");
 }
 
-/// A kick from before the force is up dies out at 1000 1/s of c_t/2J, and changes neither G nor that rounding decides.
+/// A kick before the force has risen decays at c_t/2J = 1000 1/s. It changes neither G nor the fact that rounding
+/// decides.
 #[test]
 fn analytic_early_kick_dies_out_and_leaves_the_growth() {
     let parameters = truth("paper").parameters;
@@ -92,7 +93,7 @@ fn analytic_early_kick_dies_out_and_leaves_the_growth() {
     let decay = parameters.torsion.damping / (2.0 * parameters.torsion.surface_inertia);
     for time in [0.0, 1e-6, 1e-3, 0.01, 0.05, 0.1, 1.0] {
         let (growth, summary, _) = growth(&kicked(&parameters, time), 7.1);
-        // The rotor's share in the mode changes the decay by J/I.
+        // The rotor's part in the mode changes the decay by J/I.
         let (lost, expected) = (
             -growth.from_kick.expect("a kick"),
             decay * (reference.instability - time),
@@ -108,8 +109,8 @@ fn analytic_early_kick_dies_out_and_leaves_the_growth() {
     }
 }
 
-/// A ramp that goes on for half of the sliding, with a kick before any force; and a table that presses, lets go and
-/// presses again, with a kick in between.
+/// A ramp over half of the sliding, with a kick before any force; and a table that presses, releases and presses
+/// again, with a kick in between.
 #[test]
 fn analytic_growth_follows_the_force() {
     let mut slow = kicked(&truth("paper").parameters, 0.0);
@@ -136,7 +137,7 @@ fn analytic_growth_follows_the_force() {
     }
 }
 
-/// Of a kick of nothing there is nothing to be said; of two the larger at the first stick counts.
+/// A kick of zero gives no result; of two kicks the larger one at the first stick counts.
 #[test]
 fn analytic_kick_that_counts_is_the_largest_at_the_stick() {
     let mut parameters = truth("paper").parameters;

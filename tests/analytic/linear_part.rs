@@ -1,5 +1,5 @@
-//! The equations in twist coordinates against M q'' + C q' + K q = -b T in the angles q of all inertias: rates, energies, losses, and
-//! the torque of a stick, of any two chains.
+//! The equations in twist coordinates against M q'' + C q' + K q = -b T in the angles q of all inertias: rates,
+//! energies, losses, and the torque of a stick, for any two chains.
 
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -9,7 +9,7 @@ use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train
 use stickslip::model::{BreakawayTest, Mode};
 use stickslip::signal::Drive;
 
-/// Every entry is a sum of a few products and quotients, over at most three inertias.
+/// Every entry is a sum of a few products and quotients, for at most three inertias.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// mu r F_n, N m.
@@ -54,7 +54,7 @@ fn system(rotor: &Train, stator: &Train) -> SystemEquations {
     })
 }
 
-/// M q'' + C q' + K q = -b T, the rotor's inertias first, each train from its surface outwards.
+/// M q'' + C q' + K q = -b T. The rotor's inertias come first, each train from its surface outwards.
 struct Matrices {
     inertia: DMatrix<f64>,
     damping: DMatrix<f64>,
@@ -90,7 +90,8 @@ impl Matrices {
         matrices
     }
 
-    /// q'' under the torque `interface`; without one, under the torque that keeps omega_r as it is, which it returns.
+    /// q'' under the torque `interface`; without one, under the torque that keeps omega_r constant. Returns this
+    /// torque too.
     fn accelerations(&self, q: &DVector<f64>, q_dot: &DVector<f64>, interface: Option<f64>) -> (DVector<f64>, f64) {
         let inverse = self.inertia.clone().try_inverse().unwrap();
         let free = -&inverse * (&self.damping * q_dot + &self.stiffness * q);
@@ -100,7 +101,6 @@ impl Matrices {
     }
 }
 
-/// The state with these angles and speeds.
 fn state(system: &SystemEquations, q: &DVector<f64>, q_dot: &DVector<f64>) -> Vec<f64> {
     let mut y = vec![0.0; system.dimension];
     let mut first = 0;
@@ -136,7 +136,7 @@ proptest! {
         let n = m.contact.len();
         let part = |values: [f64; 6]| DVector::from_iterator(n, values.into_iter().take(n));
         let (q, moving) = (part(angles), part(speeds));
-        // Angles of one, speeds of one, and each of two shafts and a bearing on an inertia.
+        // Angles and speeds of size 1, and the torques of two shafts and a bearing on each inertia.
         let torques = 4.0 * (m.stiffness.amax() + m.damping.amax()) + 1.0;
         let inertias = m.inertia.diagonal();
         let size = 4.0 * torques / inertias.min();
@@ -157,7 +157,7 @@ proptest! {
             let (expected, torque) = m.accelerations(&q, &q_dot, interface);
             let mut rates = vec![0.0; system.dimension];
             system.rates(mode, sense, 0, &outside, &y, &mut rates);
-            // A rate of a speed is an acceleration.
+            // The rate of a speed is an acceleration.
             let of = |side: &Side| side.speeds(&still, &rates);
             let found = [of(&system.rotor), of(&system.stator)].concat();
             for (found, expected) in found.iter().zip(expected.iter()) {
@@ -186,12 +186,12 @@ proptest! {
         }
     }
 
-    /// The rates are linear in the state: the Jacobian has them column by column.
+    /// The rates are linear in the state: the rates of unit states are the columns of the Jacobian.
     #[test]
     fn analytic_jacobians_have_the_rates_of_unit_states(rotor in chain(), stator in chain()) {
         let (system, m) = (system(&rotor, &stator), Matrices::new(&rotor, &stator));
         let (n, outside) = (system.dimension, Outside::default());
-        // In a stick entries are differences of such.
+        // In a stick the entries are differences of such terms.
         let size = 4.0 * (m.stiffness.amax() + m.damping.amax()) / m.inertia.diagonal().min() + 1.0;
         for mode in [Mode::Separated, Mode::Stick] {
             let mut jacobian = DMatrix::zeros(n, n);

@@ -1,5 +1,5 @@
-//! The loss of stability of sliding that slows down by itself: its margin, its growth, and kicks that wait for it. A brake in
-//! either form of its file is one system.
+//! The loss of stability of sliding that slows down by itself: its margin, its growth, and kicks that wait for it. A
+//! brake is the same system in both forms of the case file.
 
 use crate::common::cases::{built_in, by, from_truth, kinds, parsed, reported, source, truth, written};
 use crate::common::disks;
@@ -14,10 +14,9 @@ use stickslip::model::system::System;
 use stickslip::record::{Event, EventKind};
 use stickslip::simulation::{Method, RunReport};
 
-/// A kick where sliding loses its stability.
 const AT_INSTABILITY: &str = "perturbation=[{time=\"instability\", relative_velocity=1e-4}]";
 
-/// Built-in brakes and changes of them; the forward and the backward sense, and every breakaway test.
+/// Built-in brakes and changes to them: both senses, and every breakaway test.
 const BRAKES: &[(&str, &[&str])] = &[
     ("paper", &[]),
     ("paper-si", &[]),
@@ -44,7 +43,7 @@ const BRAKES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// With the largest error against the oracle (s): it grows from the loss of stability on.
+/// Methods with their largest error against the oracle (s), which grows from the loss of stability on.
 const METHODS: [(Method, f64); 3] = [(Method::Series, 1e-12), (Method::Arkode, 1e-11), (Method::Cvode, 1e-8)];
 
 fn steps(report: &RunReport) -> u64 {
@@ -55,7 +54,7 @@ fn brake(name: &str, changes: &[Override]) -> Case {
     Case::read(&CaseSource::built_in(name).unwrap(), changes).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// The report of a run; one that fails is as long as it is.
+/// The report of a run; for a failed run the report up to its failure.
 fn report(case: &Case, method: Method) -> RunReport {
     let run = Run::new(&by(case, method)).start();
     run.unwrap_or_else(|failure| failure.report)
@@ -120,8 +119,8 @@ fn analytic_growth_of_a_brake_is_known() {
     }
 }
 
-/// G does not depend on which of the disks is free. With the rotor halved by a shaft of a hundred times the stiffness it changes by less
-/// than the share J/I = 5e-3 with which the rotor takes part in the swing.
+/// G does not depend on which of the disks is free. If a shaft of a hundred times the stiffness divides the rotor in
+/// two, G changes by less than J/I = 5e-3, the rotor's part in the oscillation.
 #[test]
 fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
     let case = built_in("paper", &["output.end_time=6.98"]);
@@ -137,7 +136,7 @@ fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
     std::mem::swap(&mut turned.rotor, &mut turned.stator);
     std::mem::swap(&mut turned.initial.rotor_twist, &mut turned.initial.stator_twist);
     std::mem::swap(&mut turned.initial.rotor_speed, &mut turned.initial.stator_speed);
-    // Of this one the state at the loss of stability is known by its relative velocity alone.
+    // Here the state at the loss of stability is known by its relative velocity alone.
     let found = growth(&turned);
     assert!((found - expected).abs() < 1e-6 * expected, "{found} for {expected}");
     let mut longer = trains.clone();
@@ -152,8 +151,8 @@ fn analytic_growth_of_a_turned_brake_and_of_a_longer_one() {
     assert!((found - expected).abs() < 5e-3 * expected, "{found} for {expected}");
 }
 
-/// What its sliding loses its stability to swings at the frequency of the disks: that the rotor slows down faster under falling
-/// friction is no instability.
+/// Sliding loses its stability to an oscillation at the frequency of the disks. The faster slowing down of the rotor
+/// under falling friction is no instability.
 #[test]
 fn analytic_a_brake_loses_its_stability_to_the_swing_of_its_disks() {
     let case = built_in("paper", &[]);
@@ -163,13 +162,12 @@ fn analytic_a_brake_loses_its_stability_to_the_swing_of_its_disks() {
     let [change] = modes.general.critical_relative_velocities.changes[..] else {
         panic!("{:?}", modes.general.critical_relative_velocities)
     };
-    // The force is the largest here, and still rings by 1e-9 of it there.
+    // The force is the largest here, and still rings by 1e-9 of its value.
     assert!((change.value - crossing.relative_velocity).abs() < 1e-6);
     let frequency = change.frequency.expect("a swing");
     assert!((frequency * slowing.natural_period - 1.0).abs() < 0.01, "{frequency}");
 }
 
-/// A brake written as `[rotor]` and `[stator]`.
 fn as_trains(case: &Case) -> Case {
     let Torsion {
         rotor_inertia,
@@ -189,7 +187,7 @@ fn as_trains(case: &Case) -> Case {
     Case::read(&CaseSource::text(&text), &[]).unwrap()
 }
 
-/// A kick that waits comes at the loss of stability, and one that waits in vain is counted.
+/// A waiting kick comes at the loss of stability. If there is none, the kick is counted as not given.
 #[test]
 fn analytic_a_kick_waits_for_the_instability() {
     let case = built_in("paper", &[AT_INSTABILITY]);
@@ -208,7 +206,7 @@ fn analytic_a_kick_waits_for_the_instability() {
     assert_eq!((report.kicks_never_given, report.kicks_without_instability), (1, 1));
 }
 
-/// Changes of `paper-si` in which nothing damps the torsion: a ramp, a release with separations, a force that begins late, and
+/// Variants of `paper-si` without torsional damping: a ramp, a release with separations, a force that begins late, and
 /// speeds at which the slope of friction is zero in doubles.
 const UNDAMPED: [&[&str]; 4] = [
     &[
@@ -220,8 +218,8 @@ const UNDAMPED: [&[&str]; 4] = [
     &["friction.decay=90", "friction.high_speed=0.2"],
 ];
 
-/// Without damping the margin has the sign of the slope of friction, and vanishes with the normal force alone: sliding is
-/// unstable from the first contact on, by every method and by the oracle.
+/// Without damping the margin has the sign of the slope of friction, and vanishes only with the normal force. Sliding
+/// is unstable from the first contact on, by every method and by the oracle.
 #[test]
 fn multiprecision_without_damping_sliding_is_unstable_from_the_first_contact_on() {
     let source = CaseSource::built_in("paper-si").unwrap();
@@ -255,7 +253,7 @@ fn multiprecision_without_damping_sliding_is_unstable_from_the_first_contact_on(
                 panic!("{} by {}: {} changes", changes.len(), method.name(), found.len())
             };
             assert_eq!(found.kind, EventKind::Destabilised);
-            // `cvode` leaves its first steps out.
+            // `cvode` skips guards in its first steps.
             assert!(
                 (0.0..1e-9).contains(&(found.time - contact)),
                 "{} {}",
@@ -292,7 +290,7 @@ fn analytic_the_margin_of_a_lowered_brake() {
     }
 }
 
-/// Two surfaces that are not equal, with bearings, longer chains, and a force that swings.
+/// Two unequal surfaces, with bearings, longer chains, and an oscillating force.
 const UNEQUAL: &str = r#"
 rotor = { inertia = [0.01, 0.03, 2.0], stiffness = [4e6, 3e6], damping = [15.0, 20.0], viscous = [0.5, 0.0, 0.1],
     end = "free" }
@@ -304,8 +302,8 @@ perturbation = [{ time = "instability", relative_velocity = 1e-3 }]
 output = { end_time = 0.1 }
 "#;
 
-/// Long steps of chains: a slide of 1.1 s, a kick near its end, and every stick after it. By `erk`, which resolves all modes, such a
-/// run takes 23,000 steps.
+/// Long steps of chains: a slide of 1.1 s, a kick near its end, and every stick after it. By `erk`, which resolves all
+/// modes, such a run takes 23,000 steps.
 #[test]
 fn multiprecision_long_steps_of_chains() {
     let swinging = r#"{ profile = "sine", mean = 2000.0, amplitude = 30.0, frequency = 900.0 }"#;
@@ -327,7 +325,7 @@ fn multiprecision_long_steps_of_chains() {
     assert!(steps(&report) < 2000, "{} steps", steps(&report));
 }
 
-/// The loss of stability of unequal surfaces, the kick that waits for it, and all that follows.
+/// The loss of stability of unequal surfaces, the kick that waits for it, and everything after it.
 #[test]
 fn multiprecision_the_margin_of_unequal_surfaces() {
     let case = written(UNEQUAL, &[]);
@@ -339,12 +337,12 @@ fn multiprecision_the_margin_of_unequal_surfaces() {
     }
 }
 
-/// The one-sided tests of unequal surfaces, by solvers that share nothing but the equations and the rules.
+/// The one-sided tests of unequal surfaces, by solvers that share only the equations and the rules.
 #[test]
 fn sundials_one_sided_tests_of_unequal_surfaces() {
     let transmitted = completed(&written(UNEQUAL, &[]), Method::Series).events;
     for test in ["rotor", "stator"] {
-        // Later the tests chatter.
+        // Later the contact chatters with these tests.
         let case = written(
             UNEQUAL,
             &[&format!("contact.breakaway_test={test}"), "output.end_time=0.075"],
@@ -366,7 +364,7 @@ fn sundials_one_sided_tests_of_unequal_surfaces() {
     }
 }
 
-/// A margin that is zero throughout has no zeros.
+/// A margin that is zero everywhere has no zeros.
 #[test]
 fn property_a_margin_that_is_zero_throughout_is_not_watched() {
     let shared = "[friction]\nlaw = \"coulomb\"\nbreakaway = 0.5\nkinetic = 0.4\n[initial]\nspeed = 2\n[output]\nend_time = 0.2\n";

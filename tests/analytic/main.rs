@@ -1,4 +1,4 @@
-//! Held against closed forms and exact solutions.
+//! Tests against closed forms and exact solutions.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -21,7 +21,7 @@ fn system(changes: &[&str]) -> SystemEquations {
     SystemEquations::new(&built_in("paper-si", changes).system)
 }
 
-/// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...
+/// Equations (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...
 #[test]
 fn analytic_effective_radii() {
     assert!((uniform_wear_radius(0.13_f64, 0.08) - 0.0525).abs() < 1e-17);
@@ -31,7 +31,6 @@ fn analytic_effective_radii() {
     assert!((uniform_pressure_radius(0.1_f64, 0.1) - 0.05).abs() < 1e-17);
 }
 
-/// Some of them with steps.
 fn tables() -> impl Strategy<Value = Signal> {
     prop::collection::vec((0.001..0.05f64, -500.0..3000.0f64, any::<bool>()), 1..6).prop_map(|rows| {
         let (mut time, mut force) = (Vec::new(), Vec::new());
@@ -49,7 +48,8 @@ fn tables() -> impl Strategy<Value = Signal> {
     })
 }
 
-/// On a ramp the contact stays, as above; where each search has more steps than it may take, it comes on and finds nothing.
+/// On a ramp the contact stays closed, as above. If each search needs more steps than it may take, the search
+/// continues, and finds nothing.
 #[test]
 fn property_a_search_for_contact_changes_has_an_end() {
     let stiff = Axial {
@@ -95,7 +95,7 @@ proptest! {
         prop_assert!((slope - here.pressing_rate).abs() < 1e-4 * (1e6 + slope.abs()));
     }
 
-    /// Kinetic + elastic + dissipated - work = 0 from rest; each has its own closed form.
+    /// Kinetic + elastic + dissipated - work = 0 from rest; each term has its own closed form.
     #[test]
     fn property_axial_energy_balances(
         actuation in tables(), damping in 0.0..60_000.0f64, t in 0.0..0.5f64,
@@ -107,20 +107,21 @@ proptest! {
         prop_assert!(s.dissipated > -1e-14);
     }
 
-    /// The zeros of the pressing force are those that dense sampling sees, and none is missed.
+    /// The zeros of the pressing force are those that dense sampling finds; none is missed.
     #[test]
     fn property_contact_changes_are_all_found(actuation in tables(), damping in 0.0..20_000.0f64) {
         let motion = AxialMotion::new(&Axial { damping, ..AXIAL }, &actuation);
         let (end, n) = (0.3, 60_000);
         let mut sampled = Vec::new();
-        // the last time with a force of a clear sign: a slow force changes its sign long before the new one is clear
+        // The last time with a clear sign of the force: a slow force changes its sign long before the new sign is
+        // clear.
         let mut clear = 0.0;
         let mut closed = motion.force.starts_positive();
         let started_closed = closed;
         for k in 1..=n {
             let t = end * k as f64 / n as f64;
             let force = motion.pressing_force(t);
-            // what rounding and the ringing floor leave open is no change
+            // A sign that depends on rounding or on the ringing floor is no change.
             if force.abs() > 1.0 {
                 if (force > 0.0) != closed {
                     closed = force > 0.0;
@@ -146,8 +147,8 @@ proptest! {
         }
     }
 
-    /// On a rising ramp the contact force is slope (t - (the ringing, of |rate| < 1)) > 0: contact starts at t = 0, with a
-    /// force and a rate of zero up to rounding, and stays.
+    /// On a rising ramp the contact force is slope (t - (the ringing, of |rate| < 1)) > 0. Contact starts at t = 0,
+    /// with a force and a rate of zero up to rounding, and stays.
     #[test]
     fn property_contact_that_starts_with_a_ramp_stays(
         force in 100.0..5000.0f64, rise_time in 0.01..2.0f64, damping in 0.0..60_000.0f64,

@@ -1,4 +1,4 @@
-//! The linear modes against closed forms, and what is said of the loss of stability.
+//! The linear modes against closed forms, and the report on the loss of stability.
 
 use crate::common::cases::built_in;
 use crate::common::{disks, output, run};
@@ -19,7 +19,6 @@ fn modes_of(case: &Case) -> Modes {
     Modes::of_case(&case.system, &case.solver, case.output.end_time)
 }
 
-/// What is said of sliding that slows down by itself.
 fn slowing_of(case: &Case) -> SlowingModes {
     modes_of(case).slowing.expect("a brake")
 }
@@ -33,8 +32,8 @@ fn close(value: f64, expected: f64, relative: f64) -> bool {
     (value - expected).abs() <= relative * expected.abs()
 }
 
-/// The eigenvalue routine is backward stable: an error of some epsilon of the largest eigenvalue, some 1e5 of them
-/// relative to a mode a hundred times slower.
+/// The eigenvalue routine is backward stable: its error is some epsilon of the largest eigenvalue, which is some 1e5
+/// epsilon of a mode a hundred times slower.
 const EIGENVALUE: f64 = 1e-10;
 
 #[test]
@@ -87,8 +86,8 @@ fn analytic_overdamped_axial_mode_has_two_real_roots() {
 }
 
 fn torsions() -> impl Strategy<Value = (Torsion, f64)> {
-    // The largest ratio keeps every mode below critical damping: of the modes here none is faster than
-    // sqrt(k_t (1/I + 1/J)), 1.23 sqrt(k_t/J).
+    // The largest ratio keeps every mode below critical damping: no mode here is faster than sqrt(k_t (1/I + 1/J)),
+    // 1.23 sqrt(k_t/J).
     (0.1..100.0f64, 1e-3..0.05f64, 1e5..1e7f64, 1e-3..0.8f64, 0.5..10.0f64).prop_map(|(i, j, k_t, ratio, alpha)| {
         let torsion = Torsion {
             rotor_inertia: i,
@@ -100,7 +99,6 @@ fn torsions() -> impl Strategy<Value = (Torsion, f64)> {
     })
 }
 
-/// A radius of the contact, m.
 const RADIUS: f64 = 0.05;
 
 fn law(decay: f64) -> Exponential {
@@ -111,7 +109,6 @@ fn law(decay: f64) -> Exponential {
     }
 }
 
-/// The modes in stick, and in slip at the relative velocity `x` under a force.
 fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (SystemState, SystemState) {
     let train = |inertia: &[f64], end: End| Train {
         inertia: inertia.to_vec(),
@@ -152,7 +149,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Stick: (k - I w^2)(2k - 2J w^2) = k^2, and damping proportional to stiffness gives each mode c w/(2k). The
-    /// rotor turns with both springs in series, the surfaces with inertia 2J on two springs.
+    /// rotor turns on both springs in series, the surfaces with inertia 2J on two springs.
     #[test]
     fn analytic_stick_modes((torsion, decay) in torsions()) {
         let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = torsion;
@@ -173,7 +170,7 @@ proptest! {
         }
     }
 
-    /// Slip without a slope of friction: the stator's surface alone, and the rotor's against the rotor with
+    /// Slip without a slope of friction: the stator's surface alone, and the rotor's surface against the rotor with
     /// w^2 = k (1/I + 1/J); each damped by c w/(2k).
     #[test]
     fn analytic_slip_modes_without_slope((torsion, _) in torsions()) {
@@ -186,8 +183,8 @@ proptest! {
         }
     }
 
-    /// Slip of a rotor too heavy to move: J x'' + (c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha x)) x' + k_t x = 0 for
-    /// the relative mode, c_t alone for the common one. The rotor's share is J/I, 1e-12 and less.
+    /// Slip of a very heavy rotor: J x'' + (c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha x)) x' + k_t x = 0 for the
+    /// relative mode, c_t alone for the common mode. The rotor's part is J/I, 1e-12 and less.
     #[test]
     fn analytic_relative_mode_of_a_heavy_rotor(
         (torsion, decay) in torsions(), x in 0.0..1.0f64, force in 100.0..3000.0f64,
@@ -196,7 +193,7 @@ proptest! {
         let Torsion { surface_inertia: j, stiffness: k, damping: c, .. } = torsion;
         let slope = -2.0 * RADIUS * force * law(decay).coefficient_and_slope(x).1;
         let ratio = (c - slope) / (2.0 * (k * j).sqrt());
-        // Complex roots, and a coupling that names the modes.
+        // Complex roots, and a coupling that identifies the modes.
         prop_assume!(ratio.abs() < 0.99 && slope > 1e-3);
         let (_, slip) = stick_and_slip(&torsion, decay, force, x);
         let relative = named(&slip, "relative");
@@ -232,8 +229,8 @@ fn analytic_shape_satisfies_the_rotor_equation() {
     }
 }
 
-/// The critical speed makes the margin zero, and the run loses its stability there (F_n is constant by then, to the
-/// ringing of the ramp's end, which has died away).
+/// The critical speed makes the margin zero, and the run loses its stability there. F_n is constant by then, because
+/// the ringing after the ramp has decayed.
 #[test]
 fn analytic_critical_speed_is_that_of_the_run() {
     let case = built_in("paper", &[]);
@@ -254,7 +251,7 @@ fn analytic_critical_speed_is_that_of_the_run() {
         .iter()
         .find(|e| e.kind == EventKind::Destabilised)
         .unwrap();
-    // The runs end at different times, which moves their steps.
+    // The runs end at different times, which shifts their steps.
     assert!((lost.time - event.time).abs() < 1e-11, "{lost:?}");
 }
 
@@ -291,7 +288,7 @@ fn analytic_onset_is_laid_to_what_decides_it() {
     };
     assert_eq!(decided("paper", &[]), OnsetDecision::Perturbation);
     assert_eq!(decided("unperturbed", &[]), OnsetDecision::Rounding);
-    // So little damping is missing that nothing has the time to grow.
+    // So little damping is missing that nothing has time to grow.
     let mild = ["perturbation=[]", "torsion.damping=348 N m s/rad"];
     assert_eq!(decided("paper", &mild), OnsetDecision::SmoothSliding);
 }

@@ -6,7 +6,7 @@ mod polynomial_roots {
     use stickslip::numerics::polynomial_roots::{first_falling, isolate, refine};
     use stickslip::numerics::taylor;
 
-    /// Coefficients of scale times the product of (x - root), in a polynomial with room for more.
+    /// Coefficients of scale times the product of (x - root), in a polynomial with room for more terms.
     fn with_roots<const N: usize>(roots: &[f64], scale: f64) -> [f64; N] {
         let mut c = [0.0; N];
         c[0] = scale;
@@ -30,7 +30,7 @@ mod polynomial_roots {
     }
 
     proptest! {
-        /// Every root in (0, 1), none else, in order, with its direction, whatever lies outside.
+        /// Every root in (0, 1) and no other, in order, with its direction, whatever lies outside.
         #[test]
         fn property_every_root_is_found_in_order(
             gaps in proptest::collection::vec(0.02..0.3f64, 1..7),
@@ -46,7 +46,7 @@ mod polynomial_roots {
             let size: f64 = c.iter().map(|c| c.abs()).sum();
             let mut falling = c[0] > 0.0;
             for (&(x, down), &root) in found.iter().zip(&roots) {
-                // As near as the rounding of the coefficients lets a root be.
+                // As close as the rounding of the coefficients allows.
                 let (_, rate) = taylor::value_and_rate(&c, root);
                 prop_assert!((x - root).abs() < 1e-14 * size / rate.abs(), "{} {}", x, root);
                 prop_assert_eq!(down, falling);
@@ -75,7 +75,7 @@ mod polynomial_roots {
         assert_eq!(first_falling(&touching), None);
         let raised: [f64; 4] = std::array::from_fn(|k| touching[k] + if k == 0 { 1e-12 } else { 0.0 });
         assert!(all(&raised).is_empty());
-        // Two roots 2e-6 apart are two.
+        // Two roots 2e-6 apart are found as two.
         let lowered: [f64; 4] = std::array::from_fn(|k| touching[k] - if k == 0 { 1e-12 } else { 0.0 });
         let found = all(&lowered);
         assert_eq!(found.len(), 2);
@@ -95,7 +95,8 @@ mod radau {
     use nalgebra::{Complex, DMatrix};
     use stickslip::numerics::radau::invert;
 
-    /// Of sizes that a contact's systems have, with a zero on the diagonal first: the product is the identity to rounding.
+    /// Matrices with the sizes of a contact's systems, with a zero first on the diagonal: the product with the inverse
+    /// is the identity to rounding.
     #[test]
     fn analytic_an_inverse_is_one() {
         for n in [1, 2, 5, 9] {
@@ -159,7 +160,7 @@ mod radau_tableau {
     }
 
     /// |R| <= 1 on the imaginary axis, R = 0 at infinity, and no pole to the left (the eigenvalues of A lie to the
-    /// right), so |R| <= 1 there by the maximum principle; near 0, R is the exponential to order 2S - 1.
+    /// right), so that |R| <= 1 there by the maximum principle. Near 0, R is the exponential to order 2S - 1.
     #[test]
     fn analytic_l_stability() {
         let t = RadauTableau::<S>::new();
@@ -167,7 +168,7 @@ mod radau_tableau {
         assert!(t.complex.iter().all(|l| l.inverse.re > 0.0 && l.inverse.im != 0.0));
         for k in -40..=60 {
             let y = 10f64.powf(f64::from(k) / 10.0);
-            // R is evaluated to a rounding of some 1e-13 where z is large.
+            // For large z, R is evaluated with a rounding of some 1e-13.
             assert!(t.stability(Complex::new(0.0, y)).norm() <= 1.0 + 1e-12, "at {y} i");
         }
         assert!(t.stability(Complex::new(-1e9, 0.0)).norm() < 1e-7);
@@ -218,7 +219,7 @@ mod radau_tableau {
                 assert!((integrals[k] - by_quadrature).abs() < 1e-14 * 1.7f64.powi(8) * 100.0);
             }
         }
-        // The interpolant through the stages ends where the last stage is: rows of the integrals undo `to_legendre`.
+        // The interpolant through the stages ends at the last stage: rows of the integrals invert `to_legendre`.
         for i in 0..S {
             let row = legendre_integrals::<S>(t.c[i]).transpose() * t.to_legendre;
             for j in 0..S {
@@ -237,7 +238,8 @@ mod taylor {
     const N: usize = 24;
 
     proptest! {
-        /// exp(a) exp(-a) = 1, coefficient by coefficient: to the rounding of sums of N terms of the sizes of exp(|a|)^2.
+        /// exp(a) exp(-a) = 1, coefficient by coefficient, to the rounding of sums of N terms of the size of
+        /// exp(|a|)^2.
         #[test]
         fn property_an_exponential_times_its_inverse_is_one(a in proptest::array::uniform24(-0.5..0.5f64)) {
             let exp = |sign: f64| {
@@ -258,8 +260,8 @@ mod taylor {
             }
         }
 
-        /// In groups of four as in a plain loop, at any degree, and in a number of coefficients that is no
-        /// multiple of four.
+        /// Products in groups of four equal those of a plain loop, at any degree, also for a number of coefficients
+        /// that is no multiple of four.
         #[test]
         fn property_products_are_their_sums(
             a in proptest::array::uniform24(-1.0..1.0f64), b in proptest::array::uniform24(-1.0..1.0f64),
@@ -284,8 +286,8 @@ mod taylor {
     }
 
     proptest! {
-        /// Products in groups of four are those of a plain loop, at any degree of the one factor and any number of
-        /// coefficients, and what is behind those is not looked at.
+        /// Products in groups of four equal those of a plain loop, at any degree of the one factor and any number of
+        /// coefficients. Values beyond these are not read.
         #[test]
         fn property_added_products_are_their_sums(
             a in proptest::array::uniform24(-1.0..1.0f64), b in proptest::array::uniform24(-1.0..1.0f64),
@@ -311,7 +313,7 @@ mod taylor {
         let w = 0.91f64.sqrt();
         for x in [0.1_f64, 0.9, 2.0] {
             let exact = (-0.3 * x).exp() * ((w * x).cos() + (w * x).sin() / w);
-            // Terms are at most 2^2/2 in size, and the first left out is 2^32/32!, 2e-26.
+            // Terms are at most 2^2/2, and the first omitted term is 2^32/32!, 2e-26.
             assert!((value(&c, x) - exact).abs() < 1e-15 * 8.0);
             let (again, rate) = value_and_rate(&c, x);
             let ahead = value(&c, x + 1e-5) - value(&c, x - 1e-5);
@@ -341,8 +343,8 @@ mod chebyshev {
         column.as_slice().to_vec()
     }
 
-    /// An oscillation of which a quarter of a period is in the stretch, at a time where neighbouring numbers are 9e-16 s apart:
-    /// its phase is known to 2e-11 of a radian only if the nodes count as where they are.
+    /// An oscillation with a quarter of a period in the stretch, at a time where neighbouring doubles are 9e-16 s
+    /// apart. Its phase is known to 2e-11 rad only if the rounded nodes are used as they are.
     #[test]
     fn analytic_an_oscillation_late_in_a_run_is_met_to_the_rounding_of_its_argument() {
         let omega = 25_000.0;
@@ -383,8 +385,8 @@ mod eigenvalues {
     use std::f64::consts::TAU;
     use stickslip::numerics::eigenvalues::eigenvalues;
 
-    /// The eigenvalues of a cyclic permutation are the roots of unity, all well-conditioned, as it is orthogonal: rounding
-    /// and the tolerance of a second attempt leave 1e-13.
+    /// The eigenvalues of a cyclic permutation are the roots of unity. All are well-conditioned, because the matrix is
+    /// orthogonal: rounding and the tolerance of a second attempt leave 1e-13.
     #[test]
     fn analytic_eigenvalues_of_what_the_shifts_leave_alone() {
         for rows in [3, 4, 5, 6] {
@@ -401,7 +403,8 @@ mod eigenvalues {
         }
     }
 
-    /// A chain of equal inertias and shafts, one end of which is held: closed form. A long one takes more sweeps than a short one.
+    /// A chain of equal inertias and shafts with one fixed end, in closed form. A long chain takes more sweeps than a
+    /// short one.
     #[test]
     fn analytic_eigenvalues_of_chains() {
         for inertias in [1, 2, 10, 60] {

@@ -32,7 +32,8 @@ mod lines {
         }
     }
 
-    /// The pieces meet at the Hopf point, and what is stable on one side of it is not drawn on the other.
+    /// The pieces meet at the Hopf point, and a branch that is stable on one side of it is not drawn as stable on the
+    /// other.
     #[test]
     fn analytic_pieces_share_the_point_where_stability_changes() {
         use CycleStability::{Neutral, Stable, Unstable};
@@ -53,7 +54,7 @@ mod lines {
         assert!(xs(Neutral).is_empty());
     }
 
-    /// At a fold rounding decides which stability the point has: the lines beside it do not depend on it.
+    /// At a fold rounding decides about the stability of the point: the lines next to it do not depend on it.
     #[test]
     fn property_lines_do_not_depend_on_the_stability_of_a_special_point() {
         use CycleStability::{Neutral, Stable, Unstable};
@@ -68,7 +69,7 @@ mod lines {
         }
     }
 
-    /// Where a value is missing there is a gap.
+    /// A missing value makes a gap.
     #[test]
     fn analytic_a_missing_value_is_a_gap() {
         let all = branch(&[(CycleStability::Stable, None); 5]);
@@ -77,7 +78,7 @@ mod lines {
         assert_eq!(found, [vec![(0.0, 0.0), (1.0, 1.0)], vec![(3.0, 3.0), (4.0, 4.0)]]);
     }
 
-    /// Both directions from one start are a line from end to end.
+    /// Both directions from one start make one line from end to end.
     #[test]
     fn analytic_two_directions_are_one_line() {
         let up = vec![(1.0, 0.0), (2.0, 0.0)];
@@ -107,7 +108,7 @@ mod colors {
     use plotters::style::RGBColor;
     use stickslip::plot::colors::{LIGHTNESS, at, of_code};
 
-    /// L* of a colour, back from its luminance (ITU-R BT.709): what a grey print and eyes without a kind of cone have.
+    /// L* of a colour, from its luminance (ITU-R BT.709): its brightness in a grey print and for colour-blind eyes.
     fn lightness(RGBColor(r, g, b): RGBColor) -> f64 {
         let part = |value: u8| match f64::from(value) / 255.0 {
             value if value <= 0.04045 => value / 12.92,
@@ -117,7 +118,8 @@ mod colors {
         116.0 * luminance.cbrt() - 16.0
     }
 
-    /// 64 steps, each lighter than the one before by what an even scale has; rounding to 8 bits is below half a unit of L*.
+    /// 64 steps, each lighter than the one before by the amount of an even scale; rounding to 8 bits is below half a
+    /// unit of L*.
     #[test]
     fn analytic_the_scale_is_even_in_grey() {
         let step = (LIGHTNESS.1 - LIGHTNESS.0) / 63.0;
@@ -199,8 +201,8 @@ mod plot_marks {
     use stickslip::plot::marks::marks;
     use stickslip::record::EventKind;
 
-    /// Two hundred changes of the mode at the end of a long run are no lines, what stands alone is one; among changes that
-    /// have room, everything is marked that does not stand on another.
+    /// Two hundred changes of the mode at the end of a long run get no lines, an isolated change gets one. Of changes
+    /// with enough room, each is marked unless it coincides with another.
     #[test]
     fn analytic_crowded_events_are_left_to_the_ground() {
         let mut events = vec![
@@ -228,7 +230,7 @@ mod scale {
         assert_eq!(t.title("time"), "time − 6.974 s (ms)");
         assert!((t.show(6.975) - 1.0).abs() < 1e-9);
         assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.2 µm (nm)");
-        // A corner at 1 s stands at 1 s, or at 0.
+        // A corner at 1 s is drawn at 1 s, or at 0.
         assert_eq!(Scale::new((0.998, 1.009), "s").title("time"), "time (s)");
         assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (µs)");
         assert_eq!(Scale::new((0.0, 100.0), "rad s-1").title("ω"), "ω (rad/s)");
@@ -273,8 +275,8 @@ mod scale {
 mod spiral {
     use stickslip::plot::spiral::{Turns, factor_per_turn};
 
-    /// exp(-a t) cos t loses the factor exp(-2 pi a) with each turn; sampled 200 times in a turn, its extremes are met
-    /// to (pi/200)^2/2 = 1e-4.
+    /// exp(-a t) cos t loses the factor exp(-2 pi a) with each turn. With 200 samples per turn its extremes have an
+    /// error of (pi/200)^2/2 = 1e-4.
     #[test]
     fn analytic_decaying_cosine() {
         for rate in [-0.05, 0.02] {
@@ -336,7 +338,7 @@ mod typeset {
         );
     }
 
-    /// What is called by the user is no symbol.
+    /// Names chosen by the user are no symbols.
     #[test]
     fn analytic_names_stay_as_they_are() {
         for name in [

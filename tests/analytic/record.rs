@@ -49,7 +49,7 @@ mod sequence {
         Alignment::drifting(reference, candidate, NATURAL, by_time)
     }
 
-    /// Every match of `alignment` as `reference - candidate`, before and after a position of the reference.
+    /// The index `reference - candidate` of every match, before and after a position of the reference.
     fn offsets(alignment: &Alignment, position: usize) -> [Vec<isize>; 2] {
         let of = |before: bool| {
             let matched = alignment.matched().filter(|&(r, _)| (r < position) == before);
@@ -60,7 +60,7 @@ mod sequence {
         [of(true), of(false)]
     }
 
-    /// A drift that ends several cycles away, a pair that is missing or too many, and both.
+    /// A drift that ends several cycles away, a missing or additional pair, and both.
     #[test]
     fn analytic_a_cycle_that_is_missing_shifts_no_later_one() {
         for drift in [0.0, 1e-3, -1e-3, 0.1, -0.1, 0.5] {
@@ -87,7 +87,7 @@ mod sequence {
             assert_eq!((a.missing(), a.spurious()), (0, 2), "{drift}");
             assert_eq!(offsets(&a, 150), [vec![0], vec![-2]], "{drift}");
 
-            // One that is missing hides one that is too many from the number of events.
+            // A missing pair hides an additional one from the number of events.
             spurious.drain(300..302);
             let a = aligned(&reference, &spurious);
             assert_eq!((a.missing(), a.spurious()), (2, 2), "{drift}");
@@ -104,7 +104,7 @@ mod sequence {
         assert_eq!(offsets(&a, 400), [vec![0], vec![]]);
     }
 
-    /// What the words begin with may be missing, and more may be than a drift may leave out.
+    /// The first events of the sequence may be missing, even more than a drift may omit.
     #[test]
     fn analytic_missing_events_at_the_start_are_missing_there() {
         let reference = periodic(100, 12.0);

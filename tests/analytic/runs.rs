@@ -10,12 +10,10 @@ use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
-/// The default relative tolerance.
 fn rtol() -> f64 {
     SolverOptions::default().rtol
 }
 
-/// The SI brake without kicks.
 fn brake() -> Parameters {
     Parameters {
         perturbations: Vec::new(),
@@ -23,7 +21,7 @@ fn brake() -> Parameters {
     }
 }
 
-/// The SI brake from 2 rad/s with constant friction: it stops after 0.14 s, and rings.
+/// The SI brake from 2 rad/s with constant friction: it stops after 0.14 s and rings.
 fn short_brake(friction: Friction, rise_time: f64) -> Parameters {
     let mut parameters = brake();
     parameters.initial.speed = 2.0;
@@ -45,9 +43,9 @@ fn kick(time: f64, relative_velocity: f64) -> DiskKick {
 const TABLE_TIMES: [f64; 10] = [0.0, 0.02, 0.12, 0.125, 0.14, 0.145, 0.16, 0.18, 0.185, 0.195];
 const TABLE_END: f64 = 0.22;
 
-/// A run that has everything, with constant friction: grip, stop, release until it slips to and fro, separation, grip,
-/// and a release to a force that is too small to stop the surfaces, where they only reverse. Kicks come at a
-/// corner, two at one time, one that turns the sliding round, one in stick and one in separation.
+/// A run with everything, under constant friction: grip, stop, release until the contact slips to and fro, separation,
+/// grip, and a release to a force that is too small to stop the surfaces, where they only reverse. Kicks come at a
+/// corner, twice at one time, one that reverses the sliding, one in stick and one in separation.
 fn table_case(breakaway: f64) -> Parameters {
     let mut parameters = brake();
     parameters.initial.speed = 1.2;
@@ -75,20 +73,19 @@ fn table_case(breakaway: f64) -> Parameters {
     parameters
 }
 
-/// How close a method comes at the default tolerance.
 struct Accuracy {
-    /// Of an event, s.
+    /// Error of an event, s.
     time: f64,
-    /// Of a state, relative to the channel's largest value.
+    /// Error of a state, relative to the channel's largest value.
     state: f64,
 }
 
-/// Where every period of 0.24 ms is resolved by twenty steps, ARKODE's method of order 8 is limited by rounding: 1e-16 of
-/// the fast phase for each of some thousand steps. At order 5, and where an explicit method strides at the edge of its
-/// stability and lets the fast mode tremble, errors come near the tolerance of 1e-10. Those of the multistep methods add
-/// up over thousands of steps in a hardly damped phase; where the run is quiet BDF has order 2 and drifts with the
-/// rotor's ringing, in the end by 1e-6. An event's time is the phase over 26 krad/s; a tangential departure from
-/// stick magnifies it.
+/// Where twenty steps resolve every period of 0.24 ms, ARKODE's method of order 8 is limited by rounding: 1e-16 of the
+/// fast phase in each of some thousand steps. At order 5, and where an explicit method steps at the edge of its
+/// stability and lets the fast mode oscillate slightly, errors come near the tolerance of 1e-10. The errors of the
+/// multistep methods add up over thousands of steps in a weakly damped phase; where the run is quiet BDF has order 2
+/// and drifts with the rotor's ringing, finally by 1e-6. An event's time is the phase over 26 krad/s; a tangential
+/// departure from stick magnifies its error.
 fn accuracy(method: Method) -> Accuracy {
     let (time, state) = match method {
         Method::Arkode | Method::Series => (1e-11, 1e-9),
@@ -100,7 +97,7 @@ fn accuracy(method: Method) -> Accuracy {
     Accuracy { time, state }
 }
 
-/// Asserts events and samples of a run, whose friction is constant, against the piecewise linear oracle.
+/// Compares events and samples of a run with constant friction with the piecewise linear solution.
 fn hold_against_oracle(name: &str, parameters: &Parameters, end: f64, method: Method) -> MemoryRecorder {
     let oracle = LinearBrake::run(parameters, end);
     let (recorder, _) = run(parameters, &solver(method, rtol()), &output(end, 0.000_25));
@@ -139,7 +136,7 @@ fn hold_against_oracle(name: &str, parameters: &Parameters, end: f64, method: Me
     let rows: Vec<(f64, Mode, [f64; 9], [f64; 9])> = recorder
         .samples
         .iter()
-        // a sample closer to an event than its error may be on its other side
+        // A sample that is closer to an event than its error may be on its other side.
         .filter(|s| oracle.events.iter().all(|e| (e.time - s.time).abs() > 1e-8))
         .map(|s| {
             let e = oracle.at(s.time);
@@ -192,13 +189,13 @@ fn hold_against_oracle(name: &str, parameters: &Parameters, end: f64, method: Me
     recorder
 }
 
-/// The loss of stability is no event of the oracle.
+/// The piecewise linear solution has no loss of stability.
 fn is_oracles(kind: EventKind) -> bool {
     !matches!(kind, EventKind::Destabilised | EventKind::Restabilised)
 }
 
-/// Slip under a ramp and under a constant force, where friction is constant for either reason, and the stick after
-/// it: linear, so that the matrix exponential is exact, in the slip and in the stick of every method.
+/// Slip under a ramp and under a constant force, where friction is constant for either reason, and the stick after it.
+/// All are linear, so that the matrix exponential is exact in the slip and in the stick of every method.
 #[test]
 fn analytic_constant_friction_by_every_method() {
     let friction = |low_speed: f64, high_speed: f64, decay: f64| Friction {
@@ -219,7 +216,7 @@ fn analytic_constant_friction_by_every_method() {
             let recorder = hold_against_oracle(name, &short_brake(friction.clone(), rise_time), 0.2, method);
             assert!(recorder.samples.iter().filter(|s| s.mode == Mode::Stick).count() > 100);
             let stick_solver = match method {
-                // It never ends.
+                // The stick never ends.
                 Method::Series | Method::Cvode | Method::Arkode => "closed-form",
                 _ => method.name(),
             };
@@ -237,7 +234,7 @@ fn analytic_every_event_with_mu_0_equal_to_mu_s() {
     }
 }
 
-/// The same with departures at a finite acceleration.
+/// The same events, with departures from stick at a finite acceleration.
 #[test]
 fn analytic_every_event_with_mu_0_above_mu_s() {
     for method in Method::KINDS {
@@ -256,10 +253,10 @@ fn every_event(name: &str, breakaway: f64, method: Method) {
     }
 }
 
-/// Kinetic + elastic + dissipated - work is what it was at the start, to the errors of some ten thousand steps: the
-/// right-hand side integrates the losses along with the state, and one-step methods keep a sum of quadratures and squares
-/// far better than their tolerance. CVODE strides over smooth sliding by BDF, whose errors add up, most where the normal force
-/// changes (`release`).
+/// Kinetic + elastic + dissipated - work keeps its initial value, to the errors of some ten thousand steps. The
+/// right-hand side integrates the losses along with the state, and one-step methods keep a sum of quadratures and
+/// squares far better than their tolerance. CVODE steps over smooth sliding by BDF, whose errors add up, most where
+/// the normal force changes (`release`).
 #[test]
 fn analytic_energy_balances_over_the_built_in_cases() {
     for case in builtin::CASES {
@@ -269,7 +266,7 @@ fn analytic_energy_balances_over_the_built_in_cases() {
         println!("{}: {relative:.1e}", case.name);
         let most = if case.name == "release" { 1e-9 } else { 1e-11 };
         assert!(relative < most, "{}: {relative:e}", case.name);
-        // the channel is that sum
+        // The channel is this sum.
         for sample in &recorder.samples {
             let c = &sample.channels;
             let sum = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
@@ -281,11 +278,11 @@ fn analytic_energy_balances_over_the_built_in_cases() {
     }
 }
 
-/// The slip displacement and the dissipated energies by the methods that are not `arkode`: against the exact solution, and
-/// by the energy of the whole run.
+/// The slip displacement and the dissipated energies by the methods other than `arkode`: against the exact solution,
+/// and by the energy of the whole run.
 ///
-/// Where F_n is constant and friction has reached mu_d, the state is linear in time: any step of any order follows it, and
-/// a step control that does not look at the quadratures, which are parabolas then, lets them go.
+/// Where F_n is constant and friction has reached mu_d, the state is linear in time: any step of any order follows it,
+/// and a step control that ignores the quadratures, which are parabolas then, loses them.
 #[test]
 fn analytic_quadratures_by_every_method() {
     let friction = table_case(0.3).friction;
@@ -300,7 +297,7 @@ fn analytic_quadratures_by_every_method() {
             .map(|s| (s.state.slip_displacement - oracle.at(s.time).slip).abs());
         let slip = slip.fold(0.0, f64::max);
         println!("{}: energy {relative:.1e}, slip {slip:.1e} rad", method.name());
-        // what the program asks of the state
+        // The program's own requirement for the state.
         assert!(
             relative < 1e-6 && slip < 1e-6,
             "{}: {relative:e} {slip:e} rad",
@@ -309,7 +306,6 @@ fn analytic_quadratures_by_every_method() {
     }
 }
 
-/// Torque through the interface and its rate, from the state of a sample or an event.
 fn interface_torque(p: &Parameters, mode: Mode, s: &State) -> (f64, f64) {
     let t = p.torsion;
     let (r_fn, r_fn_rate) = (p.contact.radius * 2225.0, 0.0);
@@ -342,12 +338,13 @@ fn interface_torque(p: &Parameters, mode: Mode, s: &State) -> (f64, f64) {
     (torque, rate)
 }
 
-/// I theta' + J phi_2' falls by the integral of the interface torque, and J phi_1' rises by it less that of T_s; a kick
-/// adds J delta / 2 to the one and takes it from the other.
+/// I theta' + J phi_2' falls by the integral of the interface torque, and J phi_1' rises by this integral minus that
+/// of T_s. A kick adds J delta / 2 to the first and subtracts it from the second.
 ///
-/// Through the whole stick-slip window, from sample to sample and event to event, with the corrected trapezoidal rule. In
-/// a smooth stretch its error is h^4 / 720 times the difference of the torque's third derivatives at the ends: with
-/// 20 N m at 26 krad/s and steps of 0.5 us up to 6e-14 N m s, a few times that where a stretch ends in a shorter step.
+/// The test covers the whole stick-slip window, from sample to sample and event to event, with the corrected
+/// trapezoidal rule. In a smooth stretch its error is h^4 / 720 times the difference of the torque's third derivatives
+/// at the ends: with 20 N m at 26 krad/s and steps of 0.5 us up to 6e-14 N m s, and a few times that where a stretch
+/// ends in a shorter step.
 #[test]
 fn analytic_momentum_follows_the_interface_torque() {
     let truth = truth("si-kick");
@@ -367,7 +364,7 @@ fn analytic_momentum_follows_the_interface_torque() {
         let rotor = t.rotor_inertia * s.theta_dot + t.surface_inertia * s.phi2_dot;
         (rotor, t.surface_inertia * s.phi1_dot)
     };
-    // Every state in order: samples, and both sides of events; each with the mode that follows.
+    // All states in order: samples, and both sides of events; each with the mode that follows.
     let mut states: Vec<(f64, Mode, State)> = Vec::new();
     let mut samples = recorder
         .samples
@@ -392,7 +389,8 @@ fn analytic_momentum_follows_the_interface_torque() {
             0.0
         };
         let rounding = 4.0 * f64::EPSILON * before.0.abs();
-        // After long undisturbed sliding a kick also takes the rounding out of the fast mode: far below itself.
+        // After long undisturbed sliding a kick also removes the rounding of the fast mode, which is far smaller than
+        // the kick.
         let noise = 1e-6 * jump;
         assert!((rotor - jump).abs() < rounding, "{event:?}");
         assert!((stator + jump).abs() < rounding + noise, "{event:?}");
@@ -426,14 +424,14 @@ fn analytic_momentum_follows_the_interface_torque() {
         let stator_error = now.1 - first.1 - stator_integral + rotor_jump;
         largest = (largest.0.max(rotor_error.abs()), largest.1.max(stator_error.abs()));
     }
-    // 107 stretches, all errors of one sign.
+    // 107 stretches, whose errors all have one sign.
     println!("rotor {:.1e}, stator {:.1e} N m s", largest.0, largest.1);
     assert!(largest.0 < 2e-11 && largest.1 < 2e-11, "{largest:?}");
     assert!((rotor_jump - t.surface_inertia * 1e-4 / 2.0).abs() < 1e-14);
 }
 
-/// In slip and in separation a kick adds delta to the relative velocity, half to each surface; in stick nothing changes.
-/// Nothing else changes at all.
+/// In slip and in separation a kick adds delta to the relative velocity, half to each surface; in stick it changes
+/// nothing. No other quantity changes.
 #[test]
 fn analytic_kicks_change_exactly_what_they_must() {
     for method in Method::KINDS {
@@ -451,7 +449,7 @@ fn analytic_kicks_change_exactly_what_they_must() {
                 continue;
             }
             let delta = given.relative_velocity;
-            // Speeds are of size 1, so that their rounding is 1e-16 and a few.
+            // Speeds are of size 1, so that their rounding is a few times 1e-16.
             for (what, change, expected) in [
                 ("phi_2'", after.phi2_dot - before.phi2_dot, delta / 2.0),
                 ("phi_1'", after.phi1_dot - before.phi1_dot, -delta / 2.0),
@@ -479,8 +477,9 @@ fn analytic_kicks_change_exactly_what_they_must() {
     }
 }
 
-/// The departure from stick: omega_r' = 2 r F_n (mu_0 - mu_s) / J, zero where the two are equal, and there omega_r starts
-/// with the parabola of omega_r'' = 2 T_f' / J. Where mu_0 is above mu_s it starts with a finite slope.
+/// The departure from stick: omega_r' = 2 r F_n (mu_0 - mu_s) / J. If both coefficients are equal this is zero, and
+/// omega_r starts with the parabola of omega_r'' = 2 T_f' / J. If mu_0 is above mu_s, omega_r starts with a finite
+/// slope.
 #[test]
 fn analytic_take_off_is_tangential_or_with_a_drop() {
     for (breakaway, least) in [(0.6, 10), (0.63, 5)] {
@@ -510,7 +509,7 @@ fn analytic_take_off_is_tangential_or_with_a_drop() {
             let slope =
                 sense * 2.0 * r_fn * (friction.breakaway - friction.law.at_vanishing_speed()) / t.surface_inertia;
             let (_, held_rate) = interface_torque(&parameters, Mode::Stick, s);
-            // Falling friction adds its own part once omega_r grows.
+            // Falling friction contributes once omega_r grows.
             let (_, fall) = friction.law.coefficient_and_slope(0.0);
             let spring = (t.damping + 2.0 * fall * r_fn) / t.surface_inertia;
             let curvature = 2.0 * held_rate / t.surface_inertia - spring * slope * if slope == 0.0 { 0.0 } else { 1.0 };
@@ -524,7 +523,7 @@ fn analytic_take_off_is_tangential_or_with_a_drop() {
                 let tau = sample.time - event.time;
                 let expected = slope * tau + curvature * tau * tau / 2.0;
                 let w = sample.state.relative_velocity;
-                // The next term is smaller by tau times the fast frequency of 26 krad/s, 0.013 at most, and the mode
+                // The next term is smaller by tau times the fast frequency of 26 krad/s, 0.013 at most; the mode is
                 // hardly longer than that away from its turning point.
                 assert!(
                     (w - expected).abs() < 0.05 * expected.abs() + 1e-13,
@@ -536,7 +535,8 @@ fn analytic_take_off_is_tangential_or_with_a_drop() {
     }
 }
 
-/// A kick exactly at a corner of F is given once and the corner recorded once; the run is the limit of kicks just after it.
+/// A kick exactly at a corner of F is given once, and the corner is recorded once; the run is the limit of kicks just
+/// after the corner.
 #[test]
 fn analytic_a_kick_at_a_corner_is_the_limit_of_later_kicks() {
     let with_kick_at = |time: f64| {
@@ -552,7 +552,7 @@ fn analytic_a_kick_at_a_corner_is_the_limit_of_later_kicks() {
     assert_eq!(word.len(), later.len());
     for (a, b) in word.iter().zip(&later) {
         assert_eq!(a.0, b.0);
-        // the shift of the kick, and the solver's error
+        // The shift of the kick, and the solver's error.
         assert!((a.1 - b.1).abs() < 2e-9, "{a:?} {b:?}");
     }
 }
@@ -579,7 +579,7 @@ fn analytic_two_kicks_at_one_time_add_up() {
     }
 }
 
-/// Every corner of F after 0 is an event once, at exactly its time, in whatever mode it falls.
+/// Every corner of F after t = 0 is an event once, at exactly its time, in any mode.
 #[test]
 fn analytic_corners_are_recorded_once_each() {
     let corners = |recorder: &MemoryRecorder| -> Vec<f64> {
@@ -603,7 +603,7 @@ fn analytic_corners_are_recorded_once_each() {
 }
 
 /// From a negative speed with negated kicks the run is the mirror image. Every operation of the solvers is odd or even
-/// in the torsional state, so that not a bit differs.
+/// in the torsional state, so that no bit differs.
 #[test]
 fn analytic_a_negative_speed_mirrors_the_run() {
     let si_kick = truth("si-kick");
@@ -634,7 +634,6 @@ fn analytic_a_negative_speed_mirrors_the_run() {
     }
 }
 
-/// The torsional state negated, the axial one as it is.
 fn mirror(s: &State) -> State {
     State {
         z: s.z,

@@ -1,5 +1,5 @@
-//! The signals against what the rest of the program is promised of one: each profile by its definition, and what is said of
-//! any signal by its own values.
+//! The signals against the properties that the rest of the program relies on: each profile by its definition, and the
+//! stated properties of any signal by its own values.
 
 use proptest::prelude::*;
 use stickslip::signal::{Ramp, Signal, Table};
@@ -43,7 +43,7 @@ fn analytic_a_ramp_without_rise_is_a_step() {
     assert!(!pieces.starts_positive());
 }
 
-/// The first value holds before the points, the last after them; what lies before t = 0 is cut off.
+/// The first value is valid before the points, the last after them; points before t = 0 are cut off.
 #[test]
 fn analytic_a_table_goes_through_its_points() {
     let signal = |time: &[f64], value: &[f64]| {
@@ -71,7 +71,7 @@ fn analytic_a_table_goes_through_its_points() {
     assert_eq!((past.value(0.0), past.corners().count()), (2.0, 0));
 }
 
-/// The second value holds from its time on, also at t = 0 and before the table.
+/// The second value is valid from its time on, also at t = 0 and before the table.
 #[test]
 fn analytic_two_points_of_one_time_are_a_step() {
     let signal = |time: &[f64], value: &[f64]| {
@@ -99,8 +99,8 @@ fn analytic_two_points_of_one_time_are_a_step() {
     assert_eq!((early.value(0.0), early.corners().count()), (1.0, 1));
 }
 
-/// Beside its end a stretch has the sign of the value there and of the slope, which rounding of a sum from the start does not
-/// keep: 5359.15 - 5359.15/0.25686 0.25686 is 9e-13.
+/// Near its end a stretch has the sign of its value and slope there. The rounding of a sum from the start loses this
+/// sign: 5359.15 - 5359.15/0.25686 0.25686 is 9e-13.
 #[test]
 fn analytic_a_value_beside_an_end_has_the_sign_of_the_table() {
     for (start, end) in [(0.05892, 0.31578), (0.1, 0.3), (0.7, 1.9)] {
@@ -118,7 +118,7 @@ fn analytic_a_value_beside_an_end_has_the_sign_of_the_table() {
     }
 }
 
-/// Each profile has a name by which a case finds it, and its numbers have theirs.
+/// A case finds each profile and its parameters by their names.
 #[test]
 fn property_every_profile_is_found_by_its_name() {
     for name in Signal::NAMES {
@@ -160,9 +160,9 @@ fn tables() -> impl Strategy<Value = Signal> {
 }
 
 proptest! {
-    /// What is said of a signal agrees with its values: slope and integral by differences over a stretch without a corner,
-    /// where they are exact but for rounding (1e-15 of values of 5 over h); no jump at a corner; the largest value; and none
-    /// but one value from the last corner on.
+    /// The stated properties of a signal agree with its values: slope and integral by differences over a stretch
+    /// without a corner, where they are exact except for rounding (1e-15 of values of 5 over h); no jump at a corner;
+    /// the largest value; and a constant value from the last corner on.
     #[test]
     fn property_a_signal_agrees_with_its_own_values(signal in tables(), t in 0.0..5.0f64) {
         const H: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! The parts of a run: forces, steps, times of samples, derivatives by the numbers of a case.
+//! The parts of a run: forces, steps, times of samples, derivatives by the parameters of a case.
 
 mod excitation {
     use stickslip::friction::Coulomb;
@@ -7,7 +7,6 @@ mod excitation {
     use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Wave};
     use stickslip::simulation::Excitation;
 
-    /// A free inertia on the ground, pressed so.
     fn pressed(pressing: Pressing) -> Excitation {
         let free = Train {
             inertia: vec![1.0],
@@ -75,7 +74,8 @@ mod excitation {
         ]
     }
 
-    /// Bounds against samples. They are no wider than by the harmonic on a line, or the ringing of 2 N that a corner sets going.
+    /// Bounds against samples. They are wider only by the harmonic on a line, or by the ringing of 2 N that follows a
+    /// corner.
     #[test]
     fn property_the_force_keeps_its_bounds() {
         for (pressing, silent) in forces() {
@@ -109,7 +109,7 @@ mod excitation {
         }
     }
 
-    /// The bound of the curvature against differences, whose own error is that of the second-next derivative.
+    /// The bound of the curvature against differences, whose own error is that of the fourth derivative.
     #[test]
     fn property_the_force_bends_no_more_than_is_said() {
         let h = 1e-4;
@@ -123,13 +123,13 @@ mod excitation {
                 let times = (1..400).map(|k| from + (end - from) * f64::from(k) / 400.0);
                 for t in times.filter(|t| t + h < end && t - h > from) {
                     let bend = ((force(t + h) - 2.0 * force(t) + force(t - h)) / (h * h)).abs();
-                    // Rounding of a force of up to 2000 N, over h^2.
+                    // Rounding of a force up to 2000 N, over h^2.
                     let rounding = 8.0 * f64::EPSILON * force(t).abs() / (h * h);
                     assert!(bend <= curvature + rounding, "{t}: {bend} and {curvature}");
                     sharpest = sharpest.max(bend / curvature);
                 }
             }
-            // A harmonic alone attains it.
+            // A harmonic alone attains the bound.
             assert!(number != 3 || sharpest > 0.99, "{sharpest}");
         }
     }
@@ -140,9 +140,9 @@ mod fixed_step {
     use stickslip::simulation::fixed_step::longest_stable_step;
     use stickslip::sundials::ErkTable;
 
-    /// A mode so heavily damped that both roots are real: the stability intervals of the literature are 2 for the methods
-    /// of order 2 with two stages, 2.51 for order 3 with three, and 3.31 for Dormand-Prince
-    /// (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations II, IV.2).
+    /// A mode with so much damping that both roots are real. The published stability intervals are 2 for the methods
+    /// of order 2 with two stages, 2.51 for order 3 with three, and 3.31 for Dormand-Prince (Hairer, Norsett, Wanner:
+    /// Solving Ordinary Differential Equations II, IV.2).
     #[test]
     fn published_stability_on_the_real_axis() {
         let torsion = Torsion {
@@ -158,7 +158,7 @@ mod fixed_step {
             (ErkTable::DormandPrince7s45, 3.307),
         ] {
             let step = longest_stable_step(table, &torsion);
-            // The root is -0.999, and the published digits are four.
+            // The root is -0.999, and the published values have four digits.
             assert!((step * 0.999 - length).abs() < 2e-3, "{table}: {step}");
         }
     }
@@ -168,7 +168,7 @@ mod runge_kutta {
     use stickslip::simulation::runge_kutta::EmbeddedPair;
     use stickslip::sundials::ErkTable;
 
-    /// y' = (y_2, -y_1): halving the step divides the error of a fixed span by 2^order.
+    /// y' = (y_2, -y_1): halving the step divides the error over a fixed span by 2^order.
     #[test]
     fn analytic_order_of_every_pair() {
         for &table in ErkTable::ALL {
@@ -186,7 +186,7 @@ mod runge_kutta {
             let (coarse, fine) = (error(2), error(4));
             let order = (coarse / fine).log2();
             let expected = f64::from(table.order());
-            // Some have an error constant that vanishes on linear problems.
+            // Some methods have an error constant that vanishes on linear problems.
             assert!(order > expected - 0.5, "{table}: {order}");
         }
     }
@@ -259,7 +259,7 @@ mod variation {
     use stickslip::simulation::{Method, OutputOptions, SolverOptions};
     use stickslip::simulation::{MovedCases, MovedSystem, variation};
 
-    /// Against differences of runs with the number moved, extrapolated from two widths.
+    /// Against differences of runs with the parameter moved, extrapolated from two widths.
     #[test]
     fn analytic_slopes_are_those_of_moved_runs() {
         for (name, end, least) in [

@@ -1,4 +1,4 @@
-//! The modes of two trains, their steady sliding, and where it loses its stability, against closed forms and against
+//! The modes of two trains, their steady sliding, and its loss of stability, against closed forms and against
 //! eigenvalues of equations in absolute coordinates that are set up here.
 
 use crate::common::cases::parsed;
@@ -57,7 +57,7 @@ fn train(inertia: &[f64], stiffness: &[f64], damping: &[f64], viscous: &[f64], e
     }
 }
 
-/// At rest but for what is driven.
+/// At rest, except for the driven parts.
 fn pair(rotor: Train, stator: Train, radius: f64, force: f64, law: FrictionLaw) -> System {
     let still = |train: &Train| (vec![0.0; train.stiffness.len()], vec![0.0; train.inertia.len()]);
     let ((rotor_twist, rotor_speed), (stator_twist, stator_speed)) = (still(&rotor), still(&stator));
@@ -122,7 +122,7 @@ fn analytic_hopf_of_the_exponential_belt() {
     assert_eq!(mode.moves.as_deref(), Some("stator 0"));
     let separated = &state(&modes, "separated").modes[0];
     assert_close(separated.decay, 0.5, CLOSED_FORM);
-    // The mass rides on the belt: nothing is left to swing.
+    // The mass moves with the belt: nothing can swing.
     assert!(modes.states.iter().all(|state| state.state != "stick"));
     assert!(modes.absent.iter().any(|absent| absent.what == "stick mode"));
 
@@ -133,13 +133,13 @@ fn analytic_hopf_of_the_exponential_belt() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The same in rotation, with any numbers, by a driven or a fixed rotor and a bearing beside the shaft.
+    /// The same in rotation, with any parameters, for a driven or a fixed rotor and with a bearing besides the shaft.
     #[test]
     fn analytic_hopf_of_one_grounded_inertia(
         inertia in 1e-3..1e3f64, stiffness in 1.0..1e6f64, ratio in 1e-6..0.9f64, bearing in 0.0..1.0f64,
         radius in 0.01..1.0f64, force in 1.0..1e5f64, decay in 0.1..50.0f64, share in 0.01..0.95f64, turned in any::<bool>(),
     ) {
-        // c is a share of what friction takes at rest, so that there is a critical speed.
+        // c is a share of the damping that friction removes at rest, so that there is a critical speed.
         let steepest = decay * 0.2 * radius * force;
         let total = share * steepest * ratio;
         let (shaft, bearing) = (total * (1.0 - bearing), total * bearing);
@@ -153,7 +153,7 @@ proptest! {
         let modes = SystemModes::of_case(&trains);
         let expected = (decay * (0.5 - 0.3) * force * radius / (shaft + bearing)).ln() / decay;
         let speed = only(&modes.critical_relative_velocities.changes);
-        // mu_s - mu_d is rounded in the law as it is here; near x* = 0 its rounding counts against ln.
+        // mu_s - mu_d is rounded in the law as it is here; near x* = 0 its rounding affects ln.
         prop_assert!((speed.value - expected).abs() <= CLOSED_FORM * expected.max(0.01 / decay), "{} {}", speed.value, expected);
         prop_assert!((speed.frequency.unwrap() * TAU / (stiffness / inertia).sqrt() - 1.0).abs() < CLOSED_FORM);
         let point = &modes.operating_points[0];
@@ -162,8 +162,8 @@ proptest! {
     }
 }
 
-/// The eigenvalues of sliding in absolute angles: M x'' + C x' + K x = 0 with the damping kappa between the surfaces. Angles
-/// that nothing holds add zeros, which are left out.
+/// The eigenvalues of sliding in absolute angles: M x'' + C x' + K x = 0 with the damping kappa between the surfaces.
+/// Unconstrained angles add zeros, which are omitted.
 fn eigenvalues(trains: &System, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
     let sides = [&trains.rotor, &trains.stator];
     let first = [0, trains.rotor.inertia.len()];
@@ -203,8 +203,9 @@ fn eigenvalues(trains: &System, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
     all.iter().copied().filter(|l| l.norm() > 1e-8 * largest).collect()
 }
 
-/// Whether a disturbance of sliding grows. Of a free rotor that nothing drives one real root may, that of its own slowing down, which is
-/// sliding itself: it does where friction falls faster than the bearings take.
+/// Whether a disturbance of sliding grows. For a free rotor without drive one real root may grow: it is the slowing
+/// down of the rotor, which is sliding itself. This happens where friction falls faster than the bearings' torque
+/// rises.
 fn grows(trains: &System, kappa: f64) -> bool {
     let growing = eigenvalues(trains, kappa).iter().filter(|l| l.re > 0.0).count();
     let slows = matches!((&trains.rotor.end, &trains.stator.end), (End::Free, End::Fixed));
@@ -212,7 +213,7 @@ fn grows(trains: &System, kappa: f64) -> bool {
     growing > usize::from(slows && kappa + bearings < 0.0)
 }
 
-/// A chain whose parts are within a factor of ten of each other, so that eigenvalues have some ten digits.
+/// A chain whose parameters are within a factor of ten of each other, so that eigenvalues have some ten digits.
 fn chain(length: std::ops::Range<usize>, end: End) -> impl Strategy<Value = Train> {
     length.prop_flat_map(move |n| {
         let end = end.clone();
@@ -249,9 +250,9 @@ fn any_pair() -> impl Strategy<Value = (Train, Train)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// On both sides of each critical speed the eigenvalues in absolute angles say what is said of it, and between them they
-    /// say the same everywhere. A share of 1e-6 of the speed moves the damping of the contact by some 1e-6 of the trains',
-    /// and the real parts by more than the 1e-11 or so of the eigenvalues' rounding.
+    /// On both sides of each critical speed the eigenvalues in absolute angles confirm the stated stability, and
+    /// between critical speeds everywhere. A change of the speed by 1e-6 changes the damping of the contact by some
+    /// 1e-6 of the trains', and the real parts by more than the rounding of the eigenvalues, some 1e-11.
     #[test]
     fn property_critical_speeds_are_those_of_absolute_angles(
         (rotor, stator) in any_pair(), force in 0.2..20.0f64, decay in 1.0..5.0f64,
@@ -262,7 +263,8 @@ proptest! {
         let search = &modes.critical_relative_velocities;
         let mut ends = vec![0.0];
         for change in &search.changes {
-            // Beside the angle's zero, a real root that is as small is none; further off it is some 1e-6 of the largest.
+            // Near the zero of the angle an equally small real root cannot be distinguished from it; further off it is
+            // some 1e-6 of the largest.
             let aside = if change.frequency.is_some() { 1e-6 } else { 1e-3 };
             let (below, above) = (grows(change.value * (1.0 - aside)), grows(change.value * (1.0 + aside)));
             prop_assert!(below != above && above == change.unstable_above, "at {}", change.value);
@@ -285,7 +287,7 @@ proptest! {
                 prop_assert_eq!(grows(x), unstable, "at {}", x);
             }
         }
-        // The eigenvalues themselves, as far as both have them: absolute angles add what stands still.
+        // The eigenvalues themselves, as far as both sets have them: absolute angles add zeros.
         let slip = modes.states.iter().find(|state| state.state == "slip");
         if let Some(slip) = slip {
             let kappa = force * trains.law.coefficient_and_slope(slip.relative_velocity.unwrap().abs()).1;
@@ -298,7 +300,7 @@ proptest! {
         }
     }
 
-    /// At the critical multiple of a damping the eigenvalues in absolute angles change, too.
+    /// At the critical multiple of a damping the stability by the eigenvalues in absolute angles changes, too.
     #[test]
     fn property_critical_damping_is_that_of_absolute_angles(
         (rotor, stator) in any_pair(), force in 0.2..20.0f64, decay in 1.0..5.0f64,
@@ -327,7 +329,7 @@ proptest! {
     }
 }
 
-/// A zero of a function that changes its sign once, by bisection.
+/// The zero of a function that changes its sign once, by bisection.
 fn zero(mut below: f64, mut above: f64, function: impl Fn(f64) -> f64) -> f64 {
     let first = function(below) < 0.0;
     assert_ne!(first, function(above) < 0.0);
@@ -342,7 +344,8 @@ fn zero(mut below: f64, mut above: f64, function: impl Fn(f64) -> f64) -> f64 {
     0.5 * (below + above)
 }
 
-/// A law that falls late and rises again has two: with delta = 2, mu' = -2 D x/x_s^2 exp(-(x/x_s)^2) + mu_v.
+/// A law that falls late and rises again has two critical speeds: with delta = 2, mu' = -2 D x/x_s^2 exp(-(x/x_s)^2) +
+/// mu_v.
 #[test]
 fn analytic_stribeck_has_two_critical_speeds() {
     let law: FrictionLaw = Stribeck {
@@ -368,7 +371,7 @@ fn analytic_stribeck_has_two_critical_speeds() {
     assert!(changes[0].unstable_above && !changes[1].unstable_above);
 }
 
-/// The slope of mu(x) tanh(x/eps) outweighs c where the margin of the product says so.
+/// The slope of mu(x) tanh(x/eps) exceeds c where the margin of the product says so.
 #[test]
 fn analytic_regularised_sliding_loses_stability_near_rest() {
     let modes = modes(
@@ -386,7 +389,7 @@ fn analytic_regularised_sliding_loses_stability_near_rest() {
     assert_close(changes[0].value, zero(0.01, 0.15, margin), CLOSED_FORM);
     assert_close(changes[1].value, zero(0.15, 5.0, margin), CLOSED_FORM);
     assert!(modes.absent.iter().any(|absent| absent.what == "stick mode"));
-    // At rest it is a damper: F_n/eps against the stiffness.
+    // At rest the contact is a damper: F_n/eps against the stiffness.
     let rest = state(&modes, "engaged");
     assert_eq!(rest.relative_velocity, Some(0.0));
     let h = 0.5 + 1.0 / eps;
@@ -395,8 +398,8 @@ fn analytic_regularised_sliding_loses_stability_near_rest() {
     assert_close(rest.modes[1].decay, 1.0 / fast, 1e-10);
 }
 
-/// Bit and top drive turn alike where the torque of the drive is that of bearings and rock; there are two such speeds, as
-/// friction falls. The slower one is unstable without oscillation.
+/// Bit and top drive turn at the same speed where the torque of the drive balances bearings and rock. There are two
+/// such speeds, because friction falls. The lower one is unstable without oscillation.
 #[test]
 fn analytic_steady_sliding_of_the_drill_string() {
     let modes = modes("drill-string", &[]);
@@ -408,13 +411,13 @@ fn analytic_steady_sliding_of_the_drill_string() {
         assert!(point.steady);
         assert_close(point.relative_velocity, expected, CLOSED_FORM);
         assert_close(point.rotor_speed.unwrap(), expected, CLOSED_FORM);
-        // The pipe carries what the rock and the mud at the bit take.
+        // The pipe carries the torque of rock and mud on the bit.
         let carried = friction(expected) + 50.0 * expected;
         assert_close(point.rotor_twist[0], carried / 473.0, CLOSED_FORM);
         assert!(point.stator_twist.is_empty());
     }
     assert_eq!(modes.operating_points[1].stability, SlidingVerdict::Unstable);
-    // With the bit stuck, the top drive swings on the pipe.
+    // If the bit sticks, the top drive swings on the pipe.
     let stick = state(&modes, "stick");
     assert_eq!(stick.modes.len(), 1);
     assert_close(
@@ -469,20 +472,22 @@ fn analytic_coulomb_friction_is_neutral() {
     );
 }
 
-/// At rest bristles are springs with sigma_0 F_n and dampers with sigma_1 F_n; sliding at 0.1 m/s the law is at its end.
+/// At rest bristles are springs with sigma_0 F_n and dampers with sigma_1 F_n; at 0.1 m/s the law has reached its
+/// final value.
 #[test]
 fn analytic_bristles() {
     let modes = modes("lugre-slider", &[]);
     let rest = state(&modes, "engaged");
     assert_eq!(rest.relative_velocity, Some(0.0));
     let (k, c): (f64, f64) = (1e5 + 2.0, 1e5f64.sqrt() + 0.4);
-    // Of the spring and the bristles; that the place of rest is free leaves a third eigenvalue of about nothing.
+    // The mode of the spring and the bristles. Since the place of rest is free, there is a third eigenvalue of about
+    // zero.
     let swing = rest.modes.iter().find(|mode| mode.frequency.is_some()).unwrap();
     assert_close(swing.frequency.unwrap(), k.sqrt() / TAU, CLOSED_FORM);
     assert_close(swing.decay, c / 2.0, CLOSED_FORM);
     let point = &modes.operating_points[0];
     assert_close(point.relative_velocity, 0.1, CLOSED_FORM);
-    // g(0.1) = 1: exp(-10^4) is nothing.
+    // g(0.1) = 1: exp(-10^4) vanishes.
     assert_close(point.interface_torque, 1.0 + 0.4 * 0.1, CLOSED_FORM);
     assert_close(point.rotor_twist[0], 1.04 / 2.0, CLOSED_FORM);
     assert_eq!(point.stability, SlidingVerdict::Stable);

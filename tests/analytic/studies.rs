@@ -20,7 +20,7 @@ mod region {
 mod contour {
     use stickslip::sweep::contour::contours;
 
-    /// A bilinear function is reproduced on the edges: on every contour x + 2 y is the level.
+    /// A bilinear function is reproduced on the edges: on every contour x + 2 y equals the level.
     #[test]
     fn analytic_contours_of_a_plane_are_straight() {
         let nodes = [7, 5];
@@ -54,7 +54,7 @@ mod contour {
 mod lattice {
     use stickslip::sweep::lattice::{Edge, Lattice};
 
-    /// The lines of a condition, with every point that was asked for.
+    /// The lines of a condition, with every point that was evaluated.
     fn traced(nodes: [usize; 2], refinements: u32, condition: impl Fn([f64; 2]) -> bool) -> (Lattice, Vec<Vec<Edge>>) {
         let mut lattice = Lattice::new(nodes, refinements);
         loop {
@@ -80,7 +80,8 @@ mod lattice {
             let [a, b] = edge.ends().map(|node| disk(lattice.share(node)));
             assert_ne!(a, b);
         }
-        // A convex region crosses each column and row that it meets twice: 2 (2 r) (64 + 48) edges, up to the ends.
+        // A convex region crosses each column and row that it meets twice: 2 (2 r) (64 + 48) edges, including the
+        // ends.
         let expected = 2.0 * 0.6 * f64::from(lattice.size[0] + lattice.size[1]);
         assert!(
             (lines[0].len() as f64 - expected).abs() < 6.0,
@@ -141,7 +142,7 @@ mod shard {
                 .unwrap_err()
                 .contains("SLURM_ARRAY_TASK_ID is not set")
         );
-        // An array of chosen numbers, such as 1,4,6.
+        // An array of individually chosen numbers, such as 1,4,6.
         let listed = [("ID", "1"), ("MIN", "1"), ("MAX", "6"), ("COUNT", "3")];
         assert!(parsed("slurm", &listed).unwrap_err().contains("is not clear"));
         let odd = [("ID", "one"), ("MIN", "1"), ("MAX", "3"), ("COUNT", "3")];

@@ -1,4 +1,4 @@
-//! The built-in cases, against the parameters of the independent truth.
+//! The built-in cases, compared with the parameters of the independent exact solution.
 
 use crate::common::cases::built_in;
 use stickslip::case::{Case, CaseSource, builtin};
@@ -18,11 +18,11 @@ fn every_built_in_case_is_valid_and_the_default_is_one_of_them() {
     assert!(CaseSource::built_in(builtin::DEFAULT).is_ok());
 }
 
-/// The parameters of data/truth/paper.json, which were converted there with 33 digits.
+/// The parameters of data/truth/paper.json were converted there with 33 digits.
 #[test]
 fn multiprecision_paper_parameters_are_the_exact_conversions() {
     let paper = case("paper");
-    // Each decimal is the exact conversion to 16 or more digits; its nearest double is what one rounding must give.
+    // Each decimal is the exact conversion with 16 or more digits. A single rounding must give its nearest double.
     let truth = [
         ("axial.stiffness", "55357592.62141118307"),
         ("axial.damping", "8756.341762323818898"),
@@ -50,7 +50,7 @@ fn multiprecision_paper_parameters_are_the_exact_conversions() {
     assert_eq!(paper.system.breakaway_test, BreakawayTest::Transmitted);
 }
 
-/// The parameters of data/truth/si-kick.json: those that the paper prints.
+/// The parameters of data/truth/si-kick.json are those that the paper prints.
 #[test]
 fn published_si_parameters_are_taken_as_printed() {
     let printed = [

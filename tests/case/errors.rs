@@ -1,10 +1,10 @@
-//! What is said about a wrong case: the file, the line, the key, what was expected and what to do.
+//! Messages about wrong cases: the file, the line, the key, what was expected, and what to do.
 
 use std::path::PathBuf;
 
 use stickslip::case::{Case, CaseSource, Origin};
 
-/// A valid case in which every kind of value occurs; the tests break one thing at a time.
+/// A valid case in which every kind of value occurs. The tests change one thing at a time.
 const VALID: &str = r#"title = "A brake"
 
 [axial]
@@ -65,19 +65,18 @@ fn parse(text: &str) -> Result<Case, String> {
     Case::read(&source, &[]).map_err(|error| error.to_string())
 }
 
-/// What is said when `from` is replaced in the valid case.
+/// The messages after `from` is replaced in the valid case.
 fn with(from: &str, to: &str) -> String {
     assert_eq!(VALID.matches(from).count(), 1, "{from:?} must occur once");
     parse(&VALID.replace(from, to)).expect_err("the case must be refused")
 }
 
-/// As `with`, for a change that leaves the case valid.
+/// Like `with`, for a change that leaves the case valid.
 fn accepted(from: &str, to: &str) -> Case {
     assert_eq!(VALID.matches(from).count(), 1, "{from:?} must occur once");
     parse(&VALID.replace(from, to)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What is said first about a text that is no complete case.
 fn first_problem(text: &str) -> String {
     let problems = parse(text).unwrap_err();
     problems.lines().next().unwrap_or_default().to_owned()
@@ -232,7 +231,7 @@ fn breakaway_below_low_speed_is_refused_and_low_speed_below_high_speed_is_not() 
     accepted("high_speed = 0.3", "high_speed = 0.9");
 }
 
-/// The case with another table of friction, whose heading is in line 23.
+/// The case with another friction table, whose heading is in line 23.
 fn with_friction(table: &str) -> String {
     let start = VALID.find("breakaway = 0.6").unwrap();
     let end = VALID.find("\n[initial]").unwrap();
@@ -341,13 +340,13 @@ fn diameters_that_give_no_radius_are_refused() {
     insta::assert_snapshot!(with("radius = 0.052388", form), @r#"brake.toml:20: contact.outer_diameter: gives a radius that must be finite, but is inf m"#);
 }
 
-/// Against equations (6) and (7) evaluated by hand: D = 6 in, d = 3 in give 2.25 in and 7/3 in.
+/// Equations (6) and (7) evaluated by hand: D = 6 in, d = 3 in give 2.25 in and 7/3 in.
 #[test]
 fn analytic_radius_from_the_diameters_of_the_contact() {
     let form = |wear: &str| format!("outer_diameter = \"6 in\"\ninner_diameter = \"3 in\"\nwear = \"{wear}\"");
     for (wear, inches) in [("uniform-wear", 2.25), ("uniform-pressure", 7.0 / 3.0)] {
         let radius = accepted("radius = 0.052388", &form(wear)).system.radius;
-        // Half a dozen operations of rounding 1.1e-16 each.
+        // Half a dozen operations, each with a rounding error of 1.1e-16.
         assert!((radius / (inches * 0.0254) - 1.0).abs() < 1e-15, "{wear}: {radius}");
     }
     let solid = accepted("radius = 0.052388", &form("uniform-pressure").replace("3 in", "0 in"));

@@ -1,4 +1,4 @@
-//! Cases of trains: what is read of them, and what is said about a wrong one: the file, the line, the key, and what to do.
+//! Cases in the general form: what is read, and the messages about wrong ones: file, line, key and remedy.
 
 use crate::common::cases::{built_in, parsed};
 use crate::common::rows;
@@ -14,7 +14,7 @@ use stickslip::model::{BreakawayTest, KickTime, Parameters, nearest_double};
 use stickslip::signal::{Drive, Frequency, HarmonicShape, Signal};
 use stickslip::simulation::Around;
 
-/// A case of rotation in which every kind of train and signal occurs; the tests break one thing at a time.
+/// A case of rotation in which every kind of train and signal occurs. The tests change one thing at a time.
 const VALID: &str = r#"title = "A drive"
 
 [rotor]
@@ -54,7 +54,6 @@ on = "rotor"
 end_time = 10
 "#;
 
-/// A block on a driven plate with a contact without stick.
 const SMOOTH: &str = r#"motion = "translation"
 
 [rotor]
@@ -80,7 +79,6 @@ regularisation = { function = "arctan", speed = 1e-3 }
 end_time = 100
 "#;
 
-/// LuGre's block.
 const BRISTLES: &str = r#"motion = "translation"
 
 [rotor]
@@ -105,7 +103,7 @@ bristle_damping = 30.0
 viscous = 0.04
 "#;
 
-/// The brake of the paper as trains.
+/// The paper's brake in the general form.
 const BRAKE: &str = r#"
 [rotor]
 inertia = ["0.1 slug in ft", "20 slug in ft"]
@@ -157,13 +155,12 @@ fn parse(text: &str) -> Case {
     Case::read(&source(text), &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The text with one thing in the place of another, which occurs once.
+/// The text with `from`, which occurs once, replaced by `to`.
 fn changed(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "{from:?} must occur once");
     text.replace(from, to)
 }
 
-/// What is said of a wrong case.
 fn refused(text: &str, from: &str, to: &str) -> String {
     let text = changed(text, from, to);
     let read = Case::read(&source(&text), &[]);
@@ -236,11 +233,11 @@ fn case_trains_without_stick_have_a_threshold_and_need_no_breakaway() {
         (bristles.stiffness, bristles.damping, bristles.viscous),
         (1e4, 30.0, 0.04)
     );
-    // g is Stribeck's without the viscous part, which is the bristles' sigma_2.
+    // g is Stribeck's law without the viscous part, which is the bristles' sigma_2.
     assert!(matches!(case.system.law, FrictionLaw::Stribeck(_)));
     assert_eq!(case.system.law.number("viscous"), Some(0.0));
     assert_eq!((case.threshold, case.system.breakaway), (1e-4, 0.15));
-    // Its block turns with the driven end.
+    // The block moves with the driven end.
     assert_eq!(case.system.initial.rotor_speed, [0.1]);
     let case = parse(&changed(
         SMOOTH,
@@ -339,7 +336,7 @@ fn case_trains_exact_numbers_round_to_the_doubles() {
     }
 }
 
-/// What turns with a driven end has its speed to the last digit, or it would slip at once.
+/// A body that turns with a driven end has the end's speed to the last digit. Otherwise it would slip at once.
 #[test]
 fn case_trains_turn_with_a_driven_end_exactly() {
     let speeds = [
@@ -362,7 +359,7 @@ fn case_trains_turn_with_a_driven_end_exactly() {
             panic!()
         };
         assert_eq!(speed, other);
-        // Revolutions to 40 digits, so that the rational is no double's.
+        // Revolutions with 40 digits, so that the rational number is no double.
         let rpm = |count: i64| {
             let case = changed(VALID, "value = \"60 rpm\"", &format!("value = \"{count} rpm\""));
             let exact = Case::exact(&source(&case), &[]).unwrap().system;
@@ -379,12 +376,12 @@ fn case_trains_turn_with_a_driven_end_exactly() {
     }
 }
 
-/// The speed of an end driven by a harmonic at t = 0 is no rational. It is known far beyond the digits of a double, also where another
-/// element of the list is set: what turns with the end would slip at once.
+/// The speed of an end driven by a harmonic is no rational number at t = 0. It is known far beyond the digits of a
+/// double, even if another element of the list is set. Otherwise a body that turns with the end would slip at once.
 #[test]
 fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
     let decimal = |text: &str| stickslip::oracle::rational(text).unwrap();
-    // By their series in exact fractions.
+    // Their series in exact fractions.
     let shapes = [
         (
             "sine",
@@ -428,7 +425,8 @@ fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
     }
 }
 
-/// By default ten times 0.07, which doubles make 0.7000000000000001, and a tenth of 0.7, which they make 0.06999999999999999.
+/// The default thresholds are ten times 0.07, which is 0.7000000000000001 in doubles, and a tenth of 0.7, which is
+/// 0.06999999999999999.
 #[test]
 fn case_trains_have_an_exact_threshold() {
     let threshold = |text: &str| Case::exact(&source(text), &[]).unwrap().threshold;
@@ -473,7 +471,7 @@ fn case_trains_have_words_of_their_own() {
     assert!(!numbers_parts(&source("rotor = = 1"), &[]));
     let both = changed(VALID, "[stator]", "[torsion]\nstiffness = 3\n\n[stator]");
     assert!(numbers_parts(&source(&both), &[]));
-    // The file says which form the case has; a key of the other form is answered with what this one calls the place.
+    // The file determines the form of the case. For a key of the other form the message gives its name in this one.
     let refused = |source: &CaseSource, change: &str| {
         let change = [Override::parse(change).unwrap()];
         assert_eq!(numbers_parts(source, &change), numbers_parts(source, &[]));
@@ -501,7 +499,7 @@ fn case_trains_have_words_of_their_own() {
     );
 }
 
-/// What a comment of a built-in case says of how to change it holds.
+/// The changes that the comments of a built-in case suggest are valid.
 #[test]
 fn case_trains_built_in_are_valid() {
     for built_in in builtin::TRAINS {
@@ -528,7 +526,7 @@ fn case_trains_built_in_are_valid() {
     ];
     let case = built_in("den-hartog", &settings).system;
     assert_eq!(case.initial.stator_twist, [0.297_676_184_991_529_2]);
-    // The phase at which x = X, x' = 0 at the start: V cos(phase) = X, with V = 1/(1 - 4).
+    // The phase for which x = X, x' = 0 at the start: V cos(phase) = X, with V = 1/(1 - 4).
     let Drive::Wave(wave) = &case.stator.torque.as_ref().unwrap().signal else {
         panic!()
     };
@@ -542,13 +540,13 @@ fn case_trains_built_in_are_valid() {
 }
 
 proptest! {
-    /// Whatever becomes of a case, it is read or refused, and what is read is read again from its resolved text.
+    /// A changed text is either read or refused. A case that is read reads back from its resolved text.
     #[test]
     fn property_case_trains_of_any_text_are_read_or_refused(
         which in 0..4usize, changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0..3u8), 1..4),
     ) {
         let text = [VALID, SMOOTH, BRISTLES, BRAKE][which];
-        // Words, numbers and marks of a case, which change places.
+        // Words, numbers and marks of a case exchange their places.
         let mut parts: Vec<&str> = text.split_inclusive([' ', ',', '\n', '"', '.']).collect();
         for (at, from, how) in changes {
             let (at, other) = (at.index(parts.len()), parts[from.index(parts.len())]);
@@ -567,7 +565,6 @@ proptest! {
     }
 }
 
-/// The case of the manual is one.
 #[test]
 fn case_trains_of_the_manual_is_valid() {
     let docs = include_str!("../../docs/case-file.md");
@@ -580,7 +577,6 @@ fn case_trains_of_the_manual_is_valid() {
     assert!(matches!(case.system.contact, ContactLaw::Regularised(_)));
 }
 
-/// Every key of trains has its words in the docs.
 #[test]
 fn case_trains_keys_are_in_the_docs() {
     let docs = include_str!("../../docs/case-file.md");
@@ -737,7 +733,7 @@ fn case_trains_the_start_and_kicks_are_possible() {
 fn case_trains_what_belongs_to_another_form_is_told() {
     insta::assert_snapshot!(refused(VALID, "[stator]", "[torsion]\nstiffness = 3\n\n[stator]"), @r#"drive.toml:12: torsion: beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; keep either [torsion], or [rotor] and [stator]"#);
     insta::assert_snapshot!(refused(VALID, "title = \"A drive\"", "title = \"A drive\"\nmotion = \"rolling\""), @r#"drive.toml:2: motion: expected one of "rotation", "translation", but got "rolling""#);
-    // Which units and keys the rest may have is not known without it: nothing is said of those.
+    // Without it the units and keys of the rest are unknown, so that nothing is said about them.
     insta::assert_snapshot!(refused(SMOOTH, "translation", "rolling"), @r#"drive.toml:1: motion: expected one of "rotation", "translation", but got "rolling""#);
     insta::assert_snapshot!(refused(VALID, "law = \"stribeck\"", "law = \"coulomb\"\nkinetic = 0.3\nviscous = 0.1\n"), @r#"
 drive.toml:24: friction.viscous: belongs to law "stribeck" or "lugre", but the law is "coulomb": remove it, or change friction.law
@@ -760,7 +756,8 @@ drive.toml: stator: missing: the train of the stator; write [stator] with inerti
 "#);
 }
 
-/// One element of a list by `--set`, whether the case gives the list, a number for a list of one, or nothing.
+/// `--set` sets one element of a list, whether the case contains the list, a number instead of a list of one, or
+/// nothing.
 #[test]
 fn case_trains_elements_of_lists_are_set_by_their_index() {
     let with = |case: &str, changes: &[&str]| {
@@ -779,7 +776,7 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
     let rotor = &groan.system.rotor;
     assert_eq!((&rotor.inertia, &rotor.viscous), (&vec![0.15, 1.3], &vec![0.0, 0.1]));
     assert_eq!(groan.system.initial.rotor_twist, [0.0, 1e-3]);
-    // What is not set turns with the driven end.
+    // Elements that are not set turn with the driven end.
     let turning = with("groan", &["initial.rotor_speed.0=0.05"]).unwrap();
     assert_eq!(turning.system.initial.rotor_speed, [0.05, 0.1]);
     let belt = with("belt-leine", &["stator.inertia.0=2 kg", "stator.damping.0=0.1"]).unwrap();
@@ -810,8 +807,8 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
     assert_eq!(exact.rotor.viscous[1].to_string(), "1/10");
 }
 
-/// Both forms have samples around their events unless they say otherwise. A case kept in a file of a version without the key is what
-/// it was.
+/// Both forms have samples around their events unless they say otherwise. A case stored in a file of a version
+/// without the key is unchanged.
 #[test]
 fn regression_cases_of_either_form_have_samples_around_their_events() {
     let around = |source: &CaseSource, overrides: &[&str]| {
@@ -827,7 +824,7 @@ fn regression_cases_of_either_form_have_samples_around_their_events() {
         let stated = ["output.window=[]", "output.around=\"none\""];
         let (none, resolved) = around(&source, &stated);
         assert_eq!(none, None, "{name}");
-        // As a file of this version has it, and as one of a version without the key.
+        // As stored by this version, and by a version without the key.
         let stored = |text: &str| CaseSource::result(&PathBuf::from("x.h5"), text.to_owned());
         let earlier: Vec<&str> = resolved.lines().filter(|line| !line.starts_with("around")).collect();
         assert!(earlier.len() + 1 == resolved.lines().count(), "{resolved}");
@@ -836,7 +833,7 @@ fn regression_cases_of_either_form_have_samples_around_their_events() {
     }
 }
 
-/// What follows from the law that is not known is not said.
+/// Problems that would follow from the unknown law are not reported.
 #[test]
 fn case_of_a_misspelt_law_only_its_name_is_wrong() {
     let error = Case::read(

@@ -1,4 +1,4 @@
-//! The case file: keys, units, overrides, built-in cases, and what is said of a mistake.
+//! The case file: keys, units, overrides, built-in cases, and messages about mistakes.
 
 mod builtin;
 mod errors;

@@ -1,4 +1,4 @@
-//! Values set from outside the file, and numbers read and set by path.
+//! Values set from outside the file, and numbers read and set by their paths.
 
 use crate::common::cases::parsed;
 use proptest::prelude::*;
@@ -185,7 +185,7 @@ fn every_number_of_a_case_can_be_moved_by_its_path() {
         assert!(case.numbers().len() >= 17);
         for CaseNumber { path, value, .. } in case.numbers() {
             assert_eq!(case.case().number(path).unwrap(), *value, "{path}");
-            // A change this small breaks none of the conditions, except that breakaway must not fall below low_speed.
+            // Such a small change violates no condition, except that breakaway must not fall below low_speed.
             let after = if path.ends_with("low_speed") {
                 value * (1.0 - 1e-9)
             } else {

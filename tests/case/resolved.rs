@@ -100,7 +100,7 @@ interval = 4e-5 # sampling interval there [s]
 "#);
 }
 
-/// Positive doubles over the whole range of exponents that any physical value has, and beyond.
+/// Positive doubles over a range of exponents beyond that of any physical value.
 fn positive() -> impl Strategy<Value = f64> {
     prop_oneof![
         (1.0f64..10.0, -300i32..300).prop_map(|(mantissa, exponent)| mantissa * 10f64.powi(exponent)),
@@ -166,7 +166,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
             |(axial, actuation, torsion, contact, friction, speed, perturbations)| Parameters {
                 axial: Axial {
                     mass: axial.0,
-                    // By the square of the natural frequency, as below: both have to fit the end time.
+                    // Given by the square of the natural frequency, as below, because both must fit the end time.
                     stiffness: axial.0 * axial.1,
                     damping: axial.2,
                     ringing_floor: axial.3,
@@ -234,7 +234,7 @@ fn output() -> impl Strategy<Value = OutputOptions> {
         to: from + length,
         interval,
     });
-    // Few enough samples to be accepted.
+    // So few samples that the case is accepted.
     let around = prop_oneof![Just(None), proptest::sample::select(&Around::ALL[..]).prop_map(Some)];
     let number = || proptest::option::of(1e-6f64..1e3);
     let follow = (around, number(), number(), any::<bool>()).prop_map(|(around, margin, samples, dense)| Following {
@@ -254,7 +254,7 @@ fn output() -> impl Strategy<Value = OutputOptions> {
     )
 }
 
-/// Every law, with its defaults and without, and what another case than the exponential one is told apart by.
+/// Every law, with its defaults and without, and what distinguishes the case from an exponential one.
 #[test]
 fn every_friction_law_survives_resolution() {
     let source = CaseSource::built_in("paper").unwrap();
@@ -275,7 +275,7 @@ fn every_friction_law_survives_resolution() {
         assert!(text.contains(written), "{written} in {text}");
         let again = read(text.clone());
         assert_eq!((&again, again.resolved()), (&case, text));
-        // And the numbers without rounding are those.
+        // The numbers without rounding are the same, too.
         let exact = Case::exact(&source, &set).unwrap().system;
         for (key, value) in &exact.law.numbers {
             assert_eq!(case.system.law.number(key), Some(nearest_double(value)), "{key}");
@@ -302,7 +302,7 @@ proptest! {
         case.output = output;
         let again = read(case.resolved());
         prop_assert_eq!(&again, &case);
-        // Equality takes -0.0 for 0.0; the text does not.
+        // Equality does not distinguish -0.0 from 0.0, but the text does.
         prop_assert_eq!(again.resolved(), case.resolved());
     }
 

@@ -1,10 +1,10 @@
-//! Quantities: exact conversion, the notation, wrong units.
+//! Quantities: exact conversion, notation, wrong units.
 
 use fend_core::Context;
 use proptest::prelude::*;
 use stickslip::case::quantity::{Dimension, UNITS, parse, printed};
 
-/// The exact SI value of each quantity to 16 or more digits, typed from the definitions in NIST SP 811, appendix B.
+/// The exact SI value of each quantity with 16 or more digits, typed from the definitions in NIST SP 811, appendix B.
 #[test]
 fn published_conversions_are_exact_to_the_last_bit() {
     let conversions = [
@@ -41,7 +41,7 @@ fn published_conversions_are_exact_to_the_last_bit() {
     }
 }
 
-/// fend has units and factors of its own; slug is not among them, and lbm is its lb.
+/// fend has its own units and factors. It lacks slug, and its name for lbm is lb.
 #[test]
 fn the_factors_are_those_of_an_independent_unit_evaluator() {
     let mut compared = 0;
@@ -123,7 +123,7 @@ fn an_angle_may_be_left_out_but_not_misplaced() {
     assert!(parse("6 rad s", Dimension::Time).is_err());
 }
 
-/// A cycle is 2 pi radians: a unit of cycles is none of a speed, where the radian may be left out.
+/// A cycle is 2 pi radians. Cycles are no unit of angular velocity, in which the radian may be omitted.
 #[test]
 fn a_frequency_is_no_angular_velocity() {
     assert_eq!(parse("50 Hz", Dimension::Frequency), Ok(50.0));
@@ -148,7 +148,7 @@ fn the_example_of_every_dimension_is_a_quantity_of_it() {
     }
 }
 
-/// Only the last bit is at stake here: decimals of any length must round as Rust's own parser rounds them.
+/// Only the last bit matters here: decimals of any length must be rounded as Rust's own parser rounds them.
 #[test]
 fn a_subnormal_and_a_huge_quantity_round_correctly() {
     for number in "5e-324 2e-324 2.2250738585072011e-308 1.7976931348623157e308 0 -0.1".split(' ') {
@@ -161,7 +161,7 @@ fn a_subnormal_and_a_huge_quantity_round_correctly() {
     assert!(parse("1.8e308 m", Dimension::Length).is_err());
 }
 
-/// A measured number is known to half of its last printed digit.
+/// A measured number is known to half a unit of its last printed digit.
 #[test]
 fn analytic_the_last_printed_digit_gives_the_interval() {
     let interval = |text, dimension| printed(text, dimension).unwrap();

@@ -22,19 +22,19 @@ fn cli_a_problem_of_the_set_is_a_reference() {
     let folder = Folder::new();
     let belt = problem("09-belt-coulomb");
     let found = compared(&folder, &belt, &belt.join("events.csv"), &["--quick"]);
-    // The rows of a table with kinds are events, whatever else stands in them.
+    // The rows of a table with kinds are events, whatever other columns it has.
     assert_eq!(found["format"], "CSV");
     assert!(found["detection"].is_null(), "{found}");
     assert_eq!((&found["missing"], &found["spurious"]), (&0.into(), &0.into()));
     assert_eq!(found["event_errors"]["matched"], 29);
     assert!(found["event_errors"]["max"].as_f64().unwrap() < 1e-11, "{found}");
-    // By samples alone, whose columns are those of the problem.
+    // Samples alone, in the columns of the problem.
     let found = compared(&folder, &belt, &belt.join("samples.csv"), &["--quick"]);
     assert_eq!((&found["missing"], &found["spurious"]), (&0.into(), &0.into()));
     assert!(!found["detection"].is_null(), "{found}");
 }
 
-/// The score is that of the set's checker, whose command the report names.
+/// The score is computed by the set's checker, whose command the report names.
 #[test]
 fn cli_a_late_event_of_a_problem_is_an_error_and_has_a_score_elsewhere() {
     let folder = Folder::new();
@@ -54,14 +54,15 @@ fn cli_a_late_event_of_a_problem_is_an_error_and_has_a_score_elsewhere() {
     let late = late.to_str().unwrap();
     let text = folder.ok(&["compare", &belt, late, "--quick"][..]);
     says(&text, &[&format!("score by the rules of the set: {command}")]);
-    // With events in a file of their own.
+    // The events are in a separate file.
     let samples = format!("{belt}/samples.csv");
     let found = compared(&folder, belt.as_ref(), samples.as_ref(), &["--quick", "--events", late]);
     assert_eq!(
         found["score_command"],
         *format!("python3 {checker} {belt} {samples} --events {late}")
     );
-    // With the settings of the search for events, in a shell's syntax; of what the checker cannot read there is none.
+    // The command contains the settings of the search for events, in shell syntax. There is no command for files that
+    // the checker cannot read.
     let text = std::fs::read_to_string(&samples).unwrap();
     let spaced = folder.write("my samples.csv", &text);
     let found = compared(
@@ -79,7 +80,7 @@ fn cli_a_late_event_of_a_problem_is_an_error_and_has_a_score_elsewhere() {
     assert!(compared(&folder, belt.as_ref(), &other, &["--quick"])["score_command"].is_null());
 }
 
-/// The names of a problem's columns are known: also those of several inertias.
+/// The names of a problem's columns are known, even those of several inertias.
 #[test]
 fn cli_the_columns_of_a_problem_are_channels() {
     let folder = Folder::new();

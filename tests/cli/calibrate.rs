@@ -1,8 +1,8 @@
-//! `stickslip calibrate` as a user starts it: report, file, case, refusals, interruption.
+//! `stickslip calibrate` from the user's side: report, file, case, refusals, interruption.
 
 use crate::common::cli::{Folder, json, output, refusal, says, send};
 
-/// Decided by T_n = 2 pi sqrt(J/k_t) alone, in runs that are over in a moment.
+/// A calibration that T_n = 2 pi sqrt(J/k_t) alone decides, with short runs.
 pub const QUICK: &str = r#"
 title = "the inertia of the surfaces"
 case = "paper"
@@ -47,7 +47,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     assert_eq!(file.text("status").as_deref(), Some("complete"));
     assert_eq!(file.text("study_digest").as_deref(), report["digest"].as_str());
     let one = |name: &str| file.numbers(name).unwrap();
-    // The reader of JSON may miss a number by its last bit.
+    // The JSON reader may be wrong in the last bit of a number.
     let same = |file: f64, report: &serde_json::Value| (file / report.as_f64().unwrap() - 1.0).abs() < 1e-15;
     let parameter = &report["parameters"][0];
     for name in ["optimum", "least", "largest"] {
@@ -58,7 +58,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
         file.attribute("targets/target", "flag_meanings").as_deref(),
         Some("natural_period stick_count")
     );
-    // Every run is there, with its parameter.
+    // Every run is in the file, with its parameter.
     let runs = report["runs"].as_u64().unwrap() as usize;
     assert_eq!(file.shape("natural_period").unwrap(), [runs]);
     let (inertias, periods) = (one("torsion_surface_inertia"), one("natural_period"));
@@ -132,7 +132,7 @@ fn cli_mistakes_in_a_study_are_named_by_line_and_key() {
         folder.refused("calibrate wrong.toml", &[words, "wrong.toml:"]);
     }
     folder.refused("calibrate papr-decay", &["did you mean paper-decay?"]);
-    // A case in which no point of the range is valid.
+    // A case that is invalid in the whole range.
     folder.write(
         "wrong.toml",
         QUICK.replace("from = 0.005", "from = -0.005").replace("0.03", "-0.03"),
@@ -161,16 +161,15 @@ fn cli_no_file_is_replaced_that_is_not_the_programs_own() {
     assert_eq!(folder.read("other.toml"), b"mine");
 }
 
-/// What keeps a file from being written is said before anything is run.
 #[test]
 fn regression_what_cannot_be_written_is_said_before_the_search() {
     let folder = Folder::new();
     folder.write("inertia.toml", QUICK);
-    // Of no other program is such a folder, and it is in the way of the lock.
+    // No other program makes such a folder. It is in the place of the lock.
     std::fs::create_dir(folder.path(".inertia.partial.h5.lock")).unwrap();
     folder.refused("calibrate inertia.toml", &[".inertia.partial.h5.lock"]);
     if cfg!(target_os = "linux") {
-        // There nobody makes a file.
+        // Nobody can create a file in /proc.
         let arguments = ["calibrate", "inertia.toml", "-o", "x.h5", "--case", "/proc/x.toml"];
         let (_, text) = output(&mut folder.stickslip(&arguments), 1);
         says(&text, &["/proc/x.toml", "another with --case"]);
@@ -191,7 +190,7 @@ fn cli_targets_out_of_reach_of_all_fail_with_the_nearest() {
 #[test]
 fn cli_an_interruption_leaves_the_runs_made_so_far() {
     let folder = Folder::new();
-    // Some minutes, most of it in the sample.
+    // Some minutes, most of it for the sample.
     let long = QUICK
         .replace("points = 32", "points = 65536")
         .replace("output.end_time = 0.02", "output.end_time = 10");

@@ -1,7 +1,7 @@
-//! What works for which case: the tables of docs/capabilities.md, filled in by the program itself. A cell is a number, or the
-//! sentence by which the program says why there is none.
+//! Which commands work for which case: the tables of docs/capabilities.md, filled in by the program itself. A cell
+//! contains a number, or the sentence with which the program says why there is none.
 //!
-//! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities:: -- --ignored` writes the tables anew.
+//! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities:: -- --ignored` writes the tables again.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use std::time::Duration;
 use crate::common::cli::Folder;
 use serde_json::Value;
 
-/// A built-in case, and two of its numbers: the first is moved, the second spans the plane of a boundary.
+/// A built-in case and two of its parameters. The first is changed; the second is the other axis of a boundary.
 struct Subject {
     case: &'static str,
     number: (&'static str, f64),
@@ -44,10 +44,10 @@ const SUBJECTS: [Subject; 16] = [
     subject("lugre-slider", (FORCE, 1.0), ("rotor.inertia.0", 1.0)),
 ];
 
-/// Longer texts become notes below their table.
+/// Longest text in a cell. Longer texts become notes below their table.
 const LONGEST_CELL: usize = 40;
 
-/// The tables of the page: a marker, and the columns.
+/// The tables of the page: a marker and the columns.
 const TABLES: [(&str, &[&str]); 6] = [
     ("runs", &["series", "cvode", "cvode-bdf", "erk", "esdirk", "paper"]),
     ("truth", &["true to the oracle", "error bands", "sensitivities"]),
@@ -70,17 +70,16 @@ const TABLES: [(&str, &[&str]); 6] = [
     ("pictures", &["figures", "page", "columns of an export"]),
 ];
 
-/// One case, tried in a folder of its own.
 struct Trial {
     folder: Folder,
     subject: &'static Subject,
-    /// What `run` says of the case by `series`, whose result is series.h5.
+    /// The document of `run` with `series`, whose result is series.h5.
     series: Value,
     cells: BTreeMap<&'static str, String>,
 }
 
 impl Trial {
-    /// The document that the program prints with `--json`, or the reason why it refuses.
+    /// The document that the program prints with `--json`, or the reason for its refusal.
     fn document(&self, arguments: &[&str]) -> Result<Value, String> {
         let mut command = self.folder.stickslip(arguments);
         command.args(["--json", "--quiet"]).timeout(Duration::from_secs(600));
@@ -100,7 +99,7 @@ impl Trial {
         self.document(&all)
     }
 
-    /// Events of a run, or why they are none.
+    /// Number of events of a run, or the reason why there are none.
     fn events(&self, arguments: &[&str]) -> String {
         match self.run(arguments) {
             Ok(document) if document["summary"]["noise_determined"] == true => "others".to_owned(),
@@ -122,14 +121,15 @@ impl Trial {
         for method in ["cvode", "cvode-bdf", "erk", "esdirk", "paper"] {
             let name = format!("{method}.h5");
             let events = self.events(&["--method", method, "-o", &name]);
-            // How many events amplified errors make hangs on the last bit, and so on the machine.
+            // Where errors are amplified, the number of events depends on the last bit, and therefore on the machine.
             let others = events.parse::<u32>().is_ok() && events != self.cells["series"];
             self.cell(method, if others { "others".to_owned() } else { events });
         }
     }
 
     fn truth(&mut self) {
-        // Bristles of 1e5 per metre hold the oracle to steps of microseconds: 12 s of the 30 s take half a minute less.
+        // With bristles of 1e5 per metre the exact solution needs steps of microseconds. The first 12 s of its 30 s
+        // take half a minute less.
         if self.subject.case == "lugre-slider" {
             let end = ["--method", "series", "-o", "truth.h5", "--set", "output.end_time=12"];
             self.run(&end).unwrap();
@@ -183,7 +183,7 @@ impl Trial {
         let changed = format!("{}={}", number.0, number.1 * 1.02);
         self.run(&["--method", "series", "-o", "changed.h5", "--set", &changed])
             .unwrap();
-        // As another program would hand it over: columns, and no case.
+        // A candidate from another program has columns, but no case.
         self.document(&["export", "changed.h5", "-o", "changed.csv"]).unwrap();
         let said = self.document(&["compare", "series.h5", "changed.csv"]).unwrap();
         let causes = said["comparisons"][0]["causes"].as_array().unwrap().iter();
@@ -211,7 +211,7 @@ impl Trial {
         self.cell("work-precision", cell);
 
         let summary = &self.series["summary"];
-        // Runs of a study end soon after what they are asked for; a motion without sticks is asked for its amplitude.
+        // Runs of a study end soon after they have the requested quantity. Without sticks this is the amplitude.
         let (quantity, value, end) = match summary["onset_time"].as_f64() {
             Some(onset) => ("onset_time", onset, 1.2 * onset),
             None => {
@@ -304,7 +304,7 @@ impl Trial {
     }
 }
 
-/// Matched events and what is accused, of a comparison that should accuse nothing.
+/// Number of matched events, and accused causes, in a comparison that should accuse nothing.
 fn matched(document: &Value) -> String {
     let pair = &document["comparisons"][0];
     match pair["causes"].as_array().unwrap().len() {
@@ -313,26 +313,25 @@ fn matched(document: &Value) -> String {
     }
 }
 
-/// What a run says of a kick that never came.
 fn unheard(document: &Value) -> Option<String> {
     let summary = &document["summary"];
     (summary["kicks_without_instability"] != 0).then(|| "sliding never loses its stability".to_owned())
 }
 
-/// The reason in the program's document of a failure, without place and time.
+/// The reason for a failure in the program's document, without place and time.
 fn reason(error: &Value) -> String {
-    // Of a run that failed on its way the first sentence is when, the second why.
+    // For a run that fails on its way, the first sentence says when, the second why.
     let of_run = error
         .as_str()
         .map(|text| text.split_once(". ").map_or(text, |(_, why)| why));
     let of_input = error["places"][0]["message"].as_str().or(error["message"].as_str());
     let text = of_run.or(of_input).unwrap();
-    // What is behind these has numbers of the run, whose last digits hang on the machine.
+    // The text after these marks contains numbers of the run, whose last digits depend on the machine.
     let end = [" (", "; the nearest"].iter().filter_map(|mark| text.find(mark)).min();
     text[..end.unwrap_or(text.len())].replace('|', "\\|")
 }
 
-/// The page with its tables made of these cells.
+/// The page with its tables filled from these cells.
 fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
     let mut filled = page.to_owned();
     for (marker, columns) in TABLES {
@@ -372,7 +371,6 @@ fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
     filled
 }
 
-/// The cells that the page states of a case.
 fn stated(page: &str, case: &str) -> BTreeMap<&'static str, String> {
     let mut cells = BTreeMap::new();
     for (marker, columns) in TABLES {
@@ -387,7 +385,7 @@ fn stated(page: &str, case: &str) -> BTreeMap<&'static str, String> {
     cells
 }
 
-/// What the program says of a case.
+/// The cells of a case as the program fills them.
 fn attempted(subject: &'static Subject) -> BTreeMap<&'static str, String> {
     let mut trial = Trial {
         folder: Folder::new(),
@@ -404,7 +402,7 @@ fn attempted(subject: &'static Subject) -> BTreeMap<&'static str, String> {
     trial.cells
 }
 
-/// Tries these cases, and holds the page against what comes out; or writes it.
+/// Tries these cases, and compares the results with the page, or writes the page.
 fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/capabilities.md");
     let page = std::fs::read_to_string(&path).unwrap();
@@ -412,7 +410,7 @@ fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
         true => attempted(subject),
         false => stated(&page, subject.case),
     };
-    // Two threads: each takes every second case.
+    // Each of two threads takes every second case.
     let mut cells: Vec<_> = std::thread::scope(|scope| {
         let half = |first: usize| {
             let subjects = SUBJECTS.iter().enumerate().skip(first).step_by(2);
@@ -439,7 +437,7 @@ fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
     }
 }
 
-/// A train. Every case: below.
+/// One case. The test below tries every case.
 #[test]
 fn regression_what_works_for_a_case_is_as_the_manual_says() {
     hold(|case| case == "block");

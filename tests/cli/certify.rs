@@ -3,7 +3,7 @@
 use crate::common::cli::{Folder, json, output, says};
 use crate::common::unlocked;
 
-/// A short slide from a low speed, with a kick: sticks and slips within a quarter of a second.
+/// A short slide from a low speed with a kick, which sticks and slips within a quarter of a second.
 const QUICK: &[&str] = &[
     "--set",
     "initial.speed=3",
@@ -85,7 +85,7 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     );
     let force = document["sensitivity"].as_array().unwrap().iter();
     let force = force.clone().find(|p| p["parameter"] == "actuation.force").unwrap();
-    // From --set, a plain number.
+    // The value comes from --set, as a plain number.
     assert_eq!(force["half_last_digit"], 0.5, "{force}");
     let table = file.dataset("sensitivity/time_sensitivity").unwrap();
     let parameters = document["sensitivity"].as_array().unwrap();
@@ -109,7 +109,7 @@ fn cli_certify_a_file_is_certified_as_it_is() {
     folder.ok("certify mine.h5 -q");
     assert_eq!(folder.names(), ["mine.certified.h5", "mine.h5"]);
     assert_eq!(folder.read("mine.h5"), before);
-    // A certified file is a result file, and can be certified again, elsewhere.
+    // A certified file is a result file, and can be certified again under another name.
     folder.ok("inspect mine.certified.h5");
     folder.ok("certify mine.certified.h5 -q -o again.h5");
     folder.refused("certify mine.h5 -q -o mine.h5", &["mine.h5"]);
@@ -137,7 +137,8 @@ fn cli_certify_with_the_oracle_prints_exact_events() {
         .as_str()
         .unwrap();
     assert!(stick.len() >= 28, "{stick}");
-    // The distance, and the oracle's own error, is the uncertainty; what the methods say stays beside it, and is wider.
+    // The uncertainty is the distance plus the error of the exact solution. The methods' own uncertainty is given,
+    // too; it is larger.
     assert_eq!(document["contradiction"], serde_json::Value::Null);
     let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
     let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
@@ -147,7 +148,7 @@ fn cli_certify_with_the_oracle_prints_exact_events() {
         assert_eq!(event["verdict"], "converged");
         let error = event["true_error"].as_f64().unwrap();
         let own = exact[index]["error"].as_f64().unwrap();
-        // The oracle's 28 digits are more than a double shows.
+        // The 28 digits of the exact solution are more than a double shows.
         assert!(own < 1e-27 && exact[index]["digits"].as_u64().unwrap() >= 28);
         assert!(same(error.abs() + own, &event["uncertainty"]), "{event}");
         assert!(same(stored[index], &event["uncertainty"]) && same(by_ladder[index], &event["ladder_uncertainty"]));
@@ -156,7 +157,7 @@ fn cli_certify_with_the_oracle_prints_exact_events() {
     }
 }
 
-/// The default run of a short brake has 12 digits or so; `series` has two more, of which no ladder knows.
+/// The default run of a short brake has about 12 digits. `series` has two more, which the ladder cannot show.
 #[test]
 fn cli_certify_the_oracle_has_the_last_word() {
     let folder = Folder::new();
@@ -170,8 +171,8 @@ fn cli_certify_the_oracle_has_the_last_word() {
     );
 }
 
-/// Without a kick the onset is noise to every method but `series`, which the oracle bears out: that is what is recommended,
-/// and it does what is said of it.
+/// Without a kick the onset is noise to every method except `series`, which the exact solution confirms. The
+/// recommended method is therefore `series`, and it fulfils what the advice promises.
 #[test]
 fn cli_certify_tries_its_advice_before_it_gives_it() {
     let folder = Folder::new();
@@ -202,13 +203,13 @@ fn cli_certify_refuses_what_it_cannot_do() {
     };
     fails(&["certify", "paper", "--digits", "17"], 2, &["--digits 17", "--oracle"]);
     fails(&["certify", "paper", "--digits", "0"], 2, &["--digits 0"]);
-    // More than the conditioning allows, of a converged run.
+    // More digits than the conditioning of a converged run allows.
     fails(
         &certify("paper-si", &["--digits", "16"]),
         1,
         &["16 digits", "rounding to double precision"],
     );
-    // Noise: the exit status says so only where digits are asked for.
+    // With noise, the exit status is 1 only if digits were requested.
     let noise = &[
         "--set",
         "perturbation=[]",
@@ -243,7 +244,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
     folder.write("not.h5", b"\x89HDF\r\n\x1a\n nothing else");
     fails(&["certify", "not.h5"], 2, &["not.h5"]);
     fails(&["certify", "belt-leine", "--figure", "onset.svg"], 2, &["--figure"]);
-    // No case file, whatever is not in it.
+    // An empty file is no HDF5 file, whatever its name.
     folder.write("empty.h5", b"");
     fails(&["certify", "empty.h5"], 2, &["empty.h5", "not an HDF5 file"]);
     assert!(
@@ -267,16 +268,16 @@ fn cli_certify_draws_the_onset_against_the_tolerance() {
         .unwrap();
     let onsets = document["onsets"].as_array().unwrap();
     let kicked: Vec<_> = onsets.iter().filter(|o| o["kicked"] == true).collect();
-    // As many without the kick, over the same methods and tolerances.
+    // The same number of runs without the kick, over the same methods and tolerances.
     assert_eq!(onsets.len(), 2 * kicked.len());
     for onset in kicked {
-        // What every method alone promises at the default tolerance.
+        // The accuracy that every method promises at the default tolerance.
         if onset["rtol"].as_f64().unwrap() <= 1e-10 {
             let distance = (onset["first_stick"].as_f64().unwrap() - certified).abs();
             assert!(distance < 1e-6, "{onset}: {distance:e}");
         }
     }
-    // Without it sliding goes on further.
+    // Without the kick sliding continues for longer.
     for onset in onsets.iter().filter(|o| o["kicked"] == false) {
         assert!(onset["first_stick"].as_f64().unwrap() > certified, "{onset}");
     }
@@ -286,7 +287,7 @@ fn cli_certify_draws_the_onset_against_the_tolerance() {
     );
 }
 
-/// What half a last digit does to the final stick: the same in table, JSON and file, and a run with such a digit has it.
+/// The effect of half a last digit on the final stick is the same in table, JSON and file, and in a changed run.
 #[test]
 fn cli_certify_reruns_half_a_last_digit() {
     let folder = Folder::new();
@@ -358,7 +359,7 @@ fn cli_certify_reruns_half_a_last_digit() {
         let expected = parameter["final_stick"]["nonlinear"].as_bool().map_or(-1, i8::from);
         assert_eq!(nonlinear[index], expected, "{parameter}");
     }
-    // One of them, run by hand.
+    // One of the reruns, repeated by hand.
     let force = parameters.iter().find(|p| p["parameter"] == "actuation.force").unwrap();
     let stop = |force: &str| {
         let set = ["--method", "series", "--json", "--set", force, "-o", "by-hand.h5"];
@@ -372,7 +373,6 @@ fn cli_certify_reruns_half_a_last_digit() {
     assert!((shift - told).abs() < 2e-12, "{shift:e} {told:e}");
 }
 
-/// A final stick that belongs to noise has no sensitivities; the file says so.
 #[test]
 fn cli_certify_without_a_final_stick_has_no_reruns() {
     let folder = Folder::new();
@@ -381,7 +381,7 @@ fn cli_certify_without_a_final_stick_has_no_reruns() {
         0,
     );
     assert!(!table.contains("what moves the final stick"), "{table}");
-    // What `run` warns of is said here, too.
+    // Warnings of `run` are repeated here.
     assert!(
         stderr.contains("warning: 1 of the kicks set at the instability never came"),
         "{stderr}"
@@ -412,14 +412,15 @@ fn cli_certify_by_the_oracle_where_it_can() {
         "by the oracle & 9.295999525480154883358229545972 & cvode-adams & agreeing &
          what moves the period of the attractor & friction.breakaway, 1 & stator_speed_0       m s-1",
     );
-    // Of a file, and as a document.
+    // The same from a file, as a JSON document.
     folder.ok("run clutch -q");
     let document = folder.json("certify clutch.h5");
     assert_eq!(document["converged"], true);
     assert_eq!(document["uncertainty_by"], "oracle");
     assert_eq!(document["events"].as_array().unwrap().len(), 2);
     assert!(document["digits"].as_u64().unwrap() >= 14, "{}", document["digits"]);
-    // It locks at 11/12 s: the engine, of 200 rad/s at first, would do so later by 1/450 s for each rad/s more.
+    // The clutch locks at 11/12 s. With each rad/s more of the engine, which starts at 200 rad/s, this is 1/450 s
+    // later.
     assert_eq!(document["result"]["of"], "final-stick");
     let numbers = document["sensitivity"].as_array().unwrap();
     let speed = numbers
@@ -440,7 +441,8 @@ fn cli_certify_by_the_oracle_where_it_can() {
     assert_eq!(document["stretches"].as_array().unwrap().len(), 3);
 }
 
-/// The file of a certified run says the same, and of what; that of a run what another method makes of the case.
+/// The file of a certified run has sensitivities, and names their result. That of a run has the result of another
+/// method.
 #[test]
 fn cli_certified_files_have_sensitivities_bands_and_a_witness() {
     let folder = Folder::new();
@@ -466,7 +468,7 @@ fn cli_certified_files_have_sensitivities_bands_and_a_witness() {
     assert_eq!(rate.shape(), [30]);
     drop(file);
     folder.ok("check belt-coulomb.certified.h5");
-    // A certified result can be repeated, too.
+    // A certified result can also be repeated.
     folder.ok("run belt-coulomb.certified.h5 -q");
     folder.ok("run groan -q");
     let file = hdf5::File::open(folder.path("groan.h5")).unwrap();
@@ -477,7 +479,7 @@ fn cli_certified_files_have_sensitivities_bands_and_a_witness() {
     folder.ok("check groan.h5");
 }
 
-/// More digits than the run has are exit status 1, with what helps; the certificate is written all the same.
+/// Requesting more digits than the run has gives exit status 1 and names a remedy. The certificate is still written.
 #[test]
 fn cli_certify_says_where_digits_are_missing() {
     let folder = Folder::new();
@@ -485,7 +487,7 @@ fn cli_certify_says_where_digits_are_missing() {
     let (_, stderr) = output(&mut folder.stickslip(&asked), 1);
     says(&stderr, &["14 digits were asked for", "series"]);
     assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
-    // And the advice is true.
+    // The advice is correct.
     let advised = r#"certify belt-leine -q --digits 14 --set solver.method="series""#;
     folder.ok(advised);
 }

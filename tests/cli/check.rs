@@ -1,4 +1,4 @@
-//! `stickslip check`: a file is as the program wrote it, or it says what is not.
+//! `stickslip check`: a file is as the program wrote it, or the difference is named.
 
 use crate::common::cli::{Folder, json, output};
 use crate::common::unlocked;
@@ -13,13 +13,12 @@ axis = [
 keep = { events = true }
 "#;
 
-/// The file is sound, and has a seal.
 fn sound(folder: &Folder, name: &str) {
     let stdout = folder.ok(&["check", name]);
     assert!(stdout.contains("all checksums agree"), "{stdout}");
 }
 
-/// The places that are wrong.
+/// The places that `check` reports.
 fn wrong(folder: &Folder, name: &str) -> Vec<(String, String)> {
     let (stdout, stderr) = output(&mut folder.stickslip(&["check", name, "--json"]), 1);
     assert!(stderr.contains("problem"), "{stderr}");
@@ -46,7 +45,7 @@ fn cli_every_run_passes() {
     sound(&folder, "some.partial.h5");
 }
 
-/// `inspect` lists the further columns in the units of the motion.
+/// The additional columns have the units of the motion in `inspect`.
 #[test]
 fn cli_files_of_every_motion_are_sound() {
     let folder = Folder::new();
@@ -183,7 +182,7 @@ fn cli_what_was_changed_is_named() {
     only(change(&unit), "/trajectory/theta_dot", "units is \"rpm\"");
 }
 
-/// A run that is killed between two flushes may leave segments without their events: it is whole up to there.
+/// A run that is killed between two flushes may leave segments without their events. The file is sound up to there.
 #[test]
 fn cli_events_that_lag_behind_segments_are_those_of_a_killed_run() {
     let folder = Folder::new();
@@ -208,7 +207,6 @@ fn cli_events_that_lag_behind_segments_are_those_of_a_killed_run() {
     }
 }
 
-/// Modes, kinds of events and segments are one story.
 #[test]
 fn cli_a_change_of_mode_without_its_event_is_named() {
     let folder = Folder::new();
@@ -217,7 +215,7 @@ fn cli_a_change_of_mode_without_its_event_is_named() {
     let first = |kind: &str| kinds.iter().position(|event| event.kind.name() == kind).unwrap();
     let (stick, corner) = (first("stick"), first("corner"));
     for (column, row, code, place, words) in [
-        // A slip in place of the first stick, which leads from slip to stick.
+        // A slip replaces the first stick, which leads from slip to stick.
         (
             "events/kind",
             stick,
@@ -267,7 +265,6 @@ fn cli_a_change_of_mode_without_its_event_is_named() {
     }
 }
 
-/// Whatever byte of a text is changed, and whatever byte of a chunk of numbers, it is found.
 #[test]
 fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     let folder = Folder::new();
@@ -292,7 +289,7 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     }
 }
 
-/// The index of the chunks has no checksum in HDF5, and what it has lost is read as zeros. The seal finds every changed bit of a
+/// HDF5 has no checksum for the index of chunks, and reads lost chunks as zeros. The seal finds any changed bit of a
 /// key.
 #[test]
 fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
@@ -304,7 +301,7 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
         opened.unwrap().dataset("trajectory/theta").unwrap()
     };
     let chunk = read("run.h5").chunk_info(0).unwrap();
-    // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
+    // A key (bytes of the chunk, filters left out, first row, 0), followed by the address of the chunk.
     let address = (0..sound.len())
         .find(|&at| {
             sound[at..].starts_with(&chunk.addr.to_le_bytes()) && at >= 24 && {
@@ -325,7 +322,7 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
     }
 }
 
-/// HDF5 ignores bytes after its end: only the seal shows them.
+/// HDF5 ignores bytes after its end. Only the seal shows them.
 #[test]
 fn regression_bytes_after_the_seal_are_damage() {
     let folder = Folder::new();
@@ -339,8 +336,8 @@ fn regression_bytes_after_the_seal_are_damage() {
     }
 }
 
-/// Files of earlier versions have checksums that nobody compares any more, and are read as before. A certified copy drops them:
-/// an earlier version would miss the certificate among them.
+/// Files of earlier versions have checksums that are no longer compared. They are read as before. A certified copy
+/// drops the checksums, because an earlier version would miss the certificate among them.
 #[test]
 fn regression_checksums_of_earlier_versions_are_ignored() {
     let folder = Folder::new();

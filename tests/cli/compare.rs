@@ -1,4 +1,4 @@
-//! `stickslip compare` as a user starts it: formats, mappings, reports, requirements, and files that are no good.
+//! `stickslip compare` from the user's side: formats, mappings, reports, requirements, and unusable files.
 
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::compare::{csv, events_csv, paper, rows_of, word_of};
@@ -11,12 +11,11 @@ fn with_reference() -> Folder {
     folder
 }
 
-/// The series of the reference from the kick on.
+/// The samples of the reference from the kick on.
 fn series() -> String {
     csv(&rows_of(paper(), 6.966))
 }
 
-/// The one comparison that a command prints as JSON.
 fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
     let mut all = vec!["compare", "paper.h5", "--json"];
     all.extend(arguments);
@@ -34,7 +33,7 @@ fn agrees(c: &serde_json::Value) {
     assert_eq!(c["event_errors"]["matched"], 95, "{}", c["verdict"]);
 }
 
-/// An uncompressed or compressed NPZ archive.
+/// Writes an NPZ archive, with or without compression.
 fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
     let bytes = |values: &Vec<f64>| values.iter().flat_map(|value| value.to_le_bytes()).collect();
     let array = |(name, values): &(&str, Vec<f64>)| (name.to_string(), "'<f8'", vec![values.len()], bytes(values));
@@ -44,7 +43,7 @@ fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
 /// An array of an archive: name, type, shape and values.
 type OfArchive<'a> = (String, &'a str, Vec<usize>, Vec<u8>);
 
-/// The same of arrays of any type.
+/// Like [`npz`], for arrays of any type.
 fn npz_of(path: &std::path::Path, arrays: &[OfArchive<'_>], compressed: bool) {
     let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
     let method = if compressed {
@@ -99,7 +98,7 @@ fn cli_every_format_is_read() {
         agrees(&compared(&folder, &["series.npz"]));
     }
 
-    // As numpy.savetxt has it without further ado, and as programs that align their columns do.
+    // As numpy.savetxt writes it by default, and as programs that align columns write it.
     let numbers = series().split_once('\n').unwrap().1.to_owned();
     let header = format!("# time,{}\n", crate::common::compare::NAMES.join(","));
     folder.write(
@@ -117,7 +116,7 @@ fn cli_every_format_is_read() {
     folder.write("latin.csv", latin);
     agrees(&compared(&folder, &["latin.csv"]));
 
-    // Events by name in HDF5, as h5py writes a list of texts.
+    // Names of events in HDF5, as h5py writes a list of texts.
     let word = word_of(paper());
     let file = unlocked::create(folder.path("named.h5")).unwrap();
     let times: Vec<f64> = word.iter().map(|event| event.0).collect();
@@ -136,7 +135,7 @@ fn cli_every_format_is_read() {
     let file = unlocked::create(folder.path("other.h5")).unwrap();
     let group = file.create_group("run/3").unwrap();
     group.new_dataset_builder().with_data(&time).create("clock").unwrap();
-    // As solve_ivp has it, one component in a row; and as most others have it.
+    // As solve_ivp stores it, one component in each row; and as most other programs do.
     let flat: Vec<f64> = rows
         .iter()
         .map(|row| row.1[4])
@@ -159,12 +158,11 @@ fn cli_every_format_is_read() {
     }
 }
 
-/// The matrix type of the HDF5 binding.
 fn ndarray_of(values: &[f64], shape: (usize, usize)) -> ndarray::Array2<f64> {
     ndarray::Array2::from_shape_vec(shape, values.to_vec()).unwrap()
 }
 
-/// The bar names the candidate on standard error, if asked for; the last that it shows is the pass over the states.
+/// The bar is on standard error if it is requested, and names the candidate. It ends with the pass over the states.
 #[test]
 fn cli_compare_has_a_progress_bar() {
     let folder = with_reference();
@@ -245,7 +243,7 @@ fn cli_requirements_make_a_gate() {
     }
 }
 
-/// What a candidate does not reach is neither right nor wrong.
+/// Times that the candidate does not cover are neither right nor wrong.
 #[test]
 fn cli_requirements_are_not_met_by_what_is_not_covered() {
     let folder = with_reference();
@@ -284,7 +282,7 @@ fn cli_requirements_are_not_met_by_what_is_not_covered() {
     half("final_stick<1", 1);
 }
 
-/// A pipe, whose other end nobody opens, is not waited for.
+/// A pipe whose other end nobody opens does not block the command.
 #[cfg(unix)]
 #[test]
 fn regression_a_report_waits_for_no_pipe() {
@@ -311,7 +309,7 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
         folder.ok(&arguments);
         let text = std::fs::read_to_string(folder.path(name)).unwrap();
         says(&text, &["the event sequences agree", "final stick"]);
-        // Every event is in it, and once more over an earlier report.
+        // The report contains every event. It also replaces an earlier report.
         assert!(text.matches("slip").count() > 47);
         folder.ok(&arguments);
     }
@@ -330,7 +328,6 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
     assert_eq!(std::fs::read_to_string(folder.path("mine.md")).unwrap(), "my notes");
 }
 
-/// A file that is refused, and what the message has to say.
 #[test]
 fn cli_malformed_candidates_are_refused_with_place_and_remedy() {
     let folder = with_reference();
@@ -439,7 +436,7 @@ fn cli_damaged_files_are_refused() {
     let whole = folder.read("whole.npz");
     folder.write("cut.npz", &whole[..whole.len() / 2]);
     folder.refused("compare paper.h5 cut.npz", &["cut.npz", "numpy.savez"]);
-    // One bit of the last value of the first array, which is stored as it is: the CRC-32 of the member differs.
+    // One bit of the last value in the first array, which is not compressed, is changed: the member's CRC-32 differs.
     let mut flipped = whole.clone();
     let second = b"relative_velocity.npy";
     let at = (0..whole.len()).find(|&at| whole[at..].starts_with(second)).unwrap() - 30 - 8;
@@ -455,7 +452,7 @@ fn cli_damaged_files_are_refused() {
         false,
     );
     folder.refused("compare paper.h5 uneven.npz", &["5 rows"]);
-    // Two members of one name, and one whose name was damaged.
+    // Two members with the same name, and a member whose name was damaged.
     npz(
         &folder.path("twice.npz"),
         &[columns[0].clone(), columns[1].clone(), ("timf", vec![1.0; 5])],
@@ -480,7 +477,7 @@ fn cli_damaged_files_are_refused() {
         "compare paper.h5 renamed.npz",
         &["renamed.npz", "damaged", "numpy.savez"],
     );
-    // Another model's file: HDF5 without anything that is known.
+    // The file of another model: HDF5 without any known variable.
     let file = unlocked::create(folder.path("weather.h5")).unwrap();
     file.new_dataset_builder()
         .with_data(&[1.0, 2.0])
@@ -498,7 +495,7 @@ fn cli_damaged_files_are_refused() {
     }
 }
 
-/// What is there and cannot be read is said to be: as an error where it is needed, else beside what was compared.
+/// An unreadable column is an error if it is needed. Otherwise it is named next to the comparison.
 #[test]
 fn cli_columns_of_types_that_are_not_read_are_named() {
     let folder = with_reference();
@@ -538,7 +535,7 @@ fn cli_columns_of_types_that_are_not_read_are_named() {
             "other",
         );
         refused(&[speed.clone(), time.clone(), named("t2", &array)], "time=t2", "t2");
-        // Known by its name, and needed, or not.
+        // Known by its name; needed in one case, not needed in the other.
         npz_of(&path, &[named("time", &array), speed.clone()], true);
         folder.refused(
             "compare paper.h5 types.npz",
@@ -612,7 +609,7 @@ fn cli_numbers_of_every_width_are_read() {
     }
 }
 
-/// The squares of such values are beyond the largest double.
+/// The squares of such values exceed the largest double.
 #[test]
 fn cli_values_beyond_the_root_of_the_largest_number_have_errors() {
     let folder = with_reference();
@@ -685,7 +682,7 @@ fn cli_wrong_mappings_are_refused_by_line_and_name() {
     }
 }
 
-/// The candidate is not to blame for a temporary folder that is not there or takes nothing; both names are said.
+/// The candidate is not blamed for a temporary folder that is missing or full. Both names are reported.
 #[cfg(unix)]
 #[test]
 fn cli_a_temporary_folder_that_fails_is_named() {
@@ -724,7 +721,7 @@ fn cli_a_temporary_folder_that_fails_is_named() {
     assert!(!stderr.contains("damaged"), "{stderr}");
 }
 
-/// A velocity tolerance above all speeds of the reference makes a stick of every slip.
+/// With a velocity tolerance above all speeds of the reference, every slip would count as a stick.
 #[test]
 fn cli_a_velocity_tolerance_above_all_speeds_is_refused() {
     let folder = with_reference();
@@ -738,7 +735,6 @@ fn cli_a_velocity_tolerance_above_all_speeds_is_refused() {
     folder.ok("compare paper.h5 mine.csv --quick -q --velocity-tolerance 1e-3");
 }
 
-/// Comments have no end of their own.
 #[test]
 fn cli_a_header_below_many_comments_is_found() {
     let folder = with_reference();

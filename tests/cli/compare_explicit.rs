@@ -1,25 +1,26 @@
-//! `stickslip compare` with the histories of explicit finite-element codes, as a user of one starts it.
+//! `stickslip compare` with histories of explicit finite-element codes, from the user's side.
 
 use crate::common::cli::{Folder, json, refusal, says};
 use crate::common::compare::{csv, paper, rows_of};
 use stickslip::results::ResultFile;
 
-/// Where the samples begin that a candidate has, s: after the kick, at 6.966 s, and before the first event.
+/// Time of the candidate's first sample, s: after the kick at 6.966 s, and before the first event.
 const START: f64 = 6.9665;
 
-/// Times (s), speeds of rotor surface and stator surface (rad/s), contact force (N) and friction torque (N m) of the reference.
+/// The reference's times (s), speeds of rotor and stator surface (rad/s), contact force (N) and friction torque (N
+/// m).
 fn history() -> Vec<[f64; 5]> {
     let file = ResultFile::open(paper()).unwrap();
     let all = 0..file.sample_count().unwrap();
     let [force, torque] = ["normal_force", "friction_torque"].map(|name| file.column(name, all.clone()).unwrap());
     let samples = file.samples(all).unwrap();
     let row = |(k, s): (usize, &stickslip::record::Sample)| {
-        // In stick the two are the same number.
+        // In stick both speeds must be the same double.
         let phi2_dot = s.state.phi1_dot + s.state.relative_velocity;
         [s.time, phi2_dot, s.state.phi1_dot, force[k], torque[k]]
     };
     let rows = samples.iter().enumerate().map(row);
-    // Dense samples alone, which the impulses of a candidate can be made of.
+    // Dense samples alone, from which impulses can be computed.
     rows.filter(|row| (START..=6.99).contains(&row[0])).collect()
 }
 
@@ -29,7 +30,6 @@ fn with_reference() -> Folder {
     folder
 }
 
-/// The one comparison that a command prints as JSON.
 fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
     let mut all = vec!["compare", "paper.h5", "--json"];
     all.extend(arguments);
@@ -50,10 +50,10 @@ fn refused(folder: &Folder, arguments: &[&str]) -> String {
     refusal(&mut folder.stickslip(&all))
 }
 
-/// 32-bit speeds of some rad/s differ by their last digits, 1e-7 rad/s, from what they are in stick.
+/// In stick, 32-bit speeds of some rad/s differ in their last digits, by 1e-7 rad/s.
 const TOLERANCE: [&str; 2] = ["--velocity-tolerance", "1e-6"];
 
-/// The history of a run as CSV of 32-bit numbers, with impulses in place of forces, its times counted from `origin` (s).
+/// The history of a run as CSV with 32-bit numbers. Impulses replace forces, and times count from `origin` (s).
 fn history_csv(rows: &[[f64; 5]], origin: f64) -> String {
     let mut text = "time,rotor VRZ,stator VRZ,lining FNZ,lining MZ\n".to_owned();
     let (mut normal, mut friction) = (0.0, 0.0);
@@ -85,7 +85,7 @@ fn cli_a_history_of_impulses_in_32_bits() {
     let c = compared(&folder, &arguments);
     agrees(&c);
     assert_eq!(c["format"], "CSV");
-    // 32-bit numbers between 4 and 8 are 2^-21 apart, and every time is rounded by half of that at most.
+    // 32-bit numbers between 4 and 8 are 2^-21 apart. Each time is rounded by at most half of that.
     let resolution = &c["resolution"];
     assert_eq!(resolution["seconds"].as_f64(), Some(2f64.powi(-21)));
     assert_eq!(resolution["of"], "32-bit floating-point numbers");
@@ -93,8 +93,9 @@ fn cli_a_history_of_impulses_in_32_bits() {
     assert!(below >= 90, "{resolution}");
     let max = c["event_errors"]["max"].as_f64().unwrap();
     assert!(max < 2.5e-6, "no further off than a sample: {max}");
-    // Trapezia of 2.5 us: the contact force is constant, the friction torque jumps by up to 70 N m at 95 events, each of which they may
-    // place wrong by half a step: 8e-3 N m s if all erred the same way, and a tenth of that as they do not.
+    // Trapezia of 2.5 us. The contact force is constant. The friction torque jumps by up to 70 N m at 95 events, each
+    // of which may be misplaced by half a step. This is 8e-3 N m s if all errors have the same sign, and about a
+    // tenth of it otherwise.
     let impulses = c["impulses"].as_array().unwrap();
     let of = |name: &str| impulses.iter().find(|i| i["channel"] == name).unwrap();
     let (normal, friction) = (of("normal_impulse"), of("friction_impulse"));
@@ -103,7 +104,7 @@ fn cli_a_history_of_impulses_in_32_bits() {
         (Some("N s"), Some("N m s"))
     );
     assert!(normal["reference"].as_f64().unwrap() > 50.0);
-    // A time that is rounded by 2.4e-7 s errs by 5e-4 N s at 2225 N.
+    // A time rounded by 2.4e-7 s gives an error of 5e-4 N s at 2225 N.
     assert!(normal["max"].as_f64().unwrap() < 2e-3, "{normal}");
     assert!(friction["reference"].as_f64().unwrap() > 0.3);
     assert!(friction["max"].as_f64().unwrap() < 2e-3, "{friction}");
@@ -112,7 +113,7 @@ fn cli_a_history_of_impulses_in_32_bits() {
         (&false.into(), &true.into())
     );
 
-    // What it resolves is said first.
+    // The resolution is reported first.
     let all = [&["compare", "paper.h5"][..], &arguments].concat();
     let stdout = folder.ok(&all);
     let paragraph = stdout.split("\n\n").nth(1).unwrap();
@@ -126,7 +127,7 @@ fn cli_a_history_of_impulses_in_32_bits() {
     );
 }
 
-/// Where its clock starts at the stick-slip, 32 bits resolve it.
+/// If the clock starts at the stick-slip, 32 bits resolve it.
 #[test]
 fn cli_a_clock_that_starts_elsewhere() {
     let folder = with_reference();
@@ -148,10 +149,10 @@ fn cli_a_clock_that_starts_elsewhere() {
         let c = compared(&folder, &all);
         agrees(&c);
         assert!((c["time_offset"].as_f64().unwrap() - START).abs() < 1e-7);
-        // At 0.023 s they are 2^-29 apart.
+        // Times near 0.023 s are 2^-29 apart.
         assert_eq!(c["resolution"]["seconds"].as_f64(), Some(2f64.powi(-29)));
         let max = c["event_errors"]["max"].as_f64().unwrap();
-        // A sample that is still within the tolerance comes up to 2e-7 s after a breakaway.
+        // A sample within the tolerance can be up to 2e-7 s after a breakaway.
         assert!(max < 5e-7, "{given}: {max}");
     }
     folder.write("offset.toml", format!("time_offset = \"auto\"\n{MAP}"));
@@ -163,7 +164,7 @@ fn cli_a_clock_that_starts_elsewhere() {
     assert!(why.contains("--time-offset"), "{why}");
 }
 
-/// What th_to_csv of OpenRadioss makes: names in quotes, filled with blanks, and `%e`.
+/// The output of OpenRadioss's th_to_csv: names in quotes, padded with blanks, and numbers in `%e`.
 #[test]
 fn cli_a_time_history_that_was_converted_to_csv() {
     let folder = with_reference();
@@ -205,7 +206,7 @@ fn cli_a_time_history_that_was_converted_to_csv() {
 fn cli_few_digits_are_called_so() {
     let folder = with_reference();
     let rows = rows_of(paper(), 6.966);
-    // Times of six digits are 1e-5 s apart: four samples of 2.5 us share each.
+    // Times with six digits are 1e-5 s apart, so that four samples of 2.5 us share each time.
     let text = csv(&rows);
     let mut few = String::new();
     for (k, line) in text.lines().enumerate() {
@@ -226,12 +227,13 @@ fn cli_few_digits_are_called_so() {
         paragraph.contains("rows have the time of the one before and are left out: write more digits"),
         "{stdout}"
     );
-    // With all digits there is nothing to say.
+    // With all digits there is nothing to report.
     folder.write("all.csv", &text);
     assert!(compared(&folder, &["all.csv"])["resolution"].is_null());
 }
 
-/// Formats of finite-element codes are known by their first bytes or by their names, and the error says how they become CSV.
+/// Formats of finite-element codes are recognised by their first bytes or their names. The error says how to make CSV
+/// of them.
 #[test]
 fn cli_histories_that_have_to_be_converted() {
     let folder = with_reference();
@@ -263,7 +265,7 @@ fn cli_histories_that_have_to_be_converted() {
     }
 }
 
-/// The friction of `paper` in the words of the three codes, as the manual has it.
+/// The friction law of `paper` in the notation of the three codes, as in the manual.
 #[test]
 fn case_the_friction_of_the_paper_in_other_words() {
     use stickslip::friction::{FrictionLaw, Law};
@@ -292,7 +294,7 @@ fn case_the_friction_of_the_paper_in_other_words() {
         (law.low_speed.to_string(), law.high_speed.to_string())
     );
     assert_eq!(of("breakaway"), p.friction.breakaway.to_string());
-    // The same friction at the same motion, whichever way it is written.
+    // The friction at the same motion is the same in each notation.
     for omega in [0.01, 0.3, 2.0, 50.0] {
         let slip_rate: f64 = omega * p.contact.radius;
         let other = law.high_speed + (law.low_speed - law.high_speed) * (-rate * slip_rate).exp();

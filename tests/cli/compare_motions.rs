@@ -1,4 +1,4 @@
-//! `stickslip compare` and `stickslip work-precision` of trains as a user starts them.
+//! `stickslip compare` and `stickslip work-precision` for systems in the general form, from the user's side.
 
 use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
@@ -27,7 +27,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
 fn cli_columns_of_trains_are_named_and_have_units() {
     let folder = Folder::new();
     folder.ok("run belt-leine -q");
-    // In stick to 5 s: 200 mm/s.
+    // In stick until 5 s: 200 mm/s.
     let rows: String = (0..50).map(|k| format!("{},{},200\n", 100 * k, 20 * k)).collect();
     folder.write("mine.csv", format!("clock,place,pace\n{rows}"));
     folder.write(
@@ -51,7 +51,7 @@ fn cli_columns_of_trains_are_named_and_have_units() {
         (&"m".into(), &"m/s".into())
     );
     assert!(channels.iter().all(|row| row["max"].as_f64().unwrap() < 1e-14), "{c}");
-    // A unit of rotation, and a name that is nobody's.
+    // A unit of rotation, and an unknown name.
     let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "velocity=pace:rpm"];
     assert!(refusal(&mut folder.stickslip(&wrong)).contains("rpm"));
     let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "rotor_twist_3=pace"];
@@ -74,7 +74,7 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
         let c = &folder.json(&format!("compare {} {} {required}", pair[0], pair[1]))["comparisons"][0];
         assert_eq!(c["causes"].as_array().unwrap().len(), 0, "{c}");
         assert!(c["samples"].as_u64().unwrap() > 100, "{c}");
-        // The axial motion is a closed form in both runs, and the Taylor series of its equation between samples.
+        // The axial motion has a closed form in both runs, and is the Taylor series of its equation between samples.
         let channels = c["channels"].as_array().unwrap();
         for axial in ["z", "z_dot"] {
             let rows: Vec<_> = channels.iter().filter(|row| row["channel"] == axial).collect();
@@ -82,7 +82,7 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
             assert!(rows.iter().all(|row| row["mescd"].as_f64().unwrap() > 12.0), "{rows:?}");
         }
     }
-    // One key of the short form is a number of both trains.
+    // One key of the short form is a parameter of both trains.
     let other = ["run", "brake.toml", "--set", "torsion.damping=20", "-o", "other.h5"];
     folder.ok(&[&other[..], &["-q", "--no-witness"]].concat());
     for pair in [["other.h5", "trains.h5"], ["trains.h5", "other.h5"]] {
@@ -133,7 +133,7 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
         "{reference}"
     );
     assert_eq!(reference["events"], 5);
-    // Of times up to 29 s neighbouring doubles.
+    // Neighbouring doubles at times up to 29 s.
     assert!(reference["uncertainty"]["largest_event"].as_f64().unwrap() < 1e-14);
     let runs = document["runs"].as_array().unwrap();
     let error = |k: usize| runs[k]["error"]["largest_event"].as_f64().unwrap();

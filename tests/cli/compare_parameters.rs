@@ -1,5 +1,5 @@
-//! `stickslip compare` with candidates that have one number of the case otherwise: planted in a bare solver that starts at the kick, and
-//! in runs of this program from t = 0, of which the candidate is the table of events.
+//! `stickslip compare` with candidates in which a parameter of the case differs. Some are made by a bare solver that
+//! starts at the kick, others by runs of this program from t = 0, whose table of events is the candidate.
 
 use crate::common::cli::{Folder, json, says};
 use crate::common::compare::{SOUND, Solver, csv, events_csv, kick, paper, parameters, rows_of, run, word_of};
@@ -14,7 +14,6 @@ fn with_reference() -> Folder {
     folder
 }
 
-/// The comparison of a file, and its verdict.
 fn compared(folder: &Folder, candidate: &str, options: &[&str]) -> (Value, String) {
     let arguments = [&["compare", "paper.h5", candidate, "--json"], options].concat();
     let c = json(&folder.ok(&arguments))["comparisons"][0].clone();
@@ -22,7 +21,7 @@ fn compared(folder: &Folder, candidate: &str, options: &[&str]) -> (Value, Strin
     (c, verdict)
 }
 
-/// By a solver of the kicked brake with steps of a microsecond.
+/// Solves the kicked brake with steps of a microsecond, and compares.
 fn solved(change: impl FnOnce(&mut Parameters, &mut State)) -> (Value, String) {
     let (_, _, mut state) = kick();
     let mut p = parameters();
@@ -32,7 +31,7 @@ fn solved(change: impl FnOnce(&mut Parameters, &mut State)) -> (Value, String) {
     compared(&folder, "mine.csv", &[])
 }
 
-/// By this program, of whose run the events alone are given.
+/// Compares the events of a run of this program.
 fn events_of(overrides: &[&str]) -> (Value, String) {
     let folder = with_reference();
     let path = folder.path("other.h5");
@@ -41,7 +40,7 @@ fn events_of(overrides: &[&str]) -> (Value, String) {
     compared(&folder, "mine.csv", &[])
 }
 
-/// A number that a comparison names, first or as one that does as well: its value, reference and error.
+/// A parameter that a comparison names, first or as an equally good one: its value, reference and error.
 #[track_caller]
 fn number_at(c: &Value, path: &str) -> [f64; 3] {
     let found = &c["parameters"];
@@ -52,7 +51,7 @@ fn number_at(c: &Value, path: &str) -> [f64; 3] {
     ["value", "reference", "error"].map(|key| named[key].as_f64().unwrap())
 }
 
-/// The one number that a comparison names, with its value and error; the part explained.
+/// The only parameter that a comparison names, with value and error, and the explained part.
 fn one_number(c: &Value) -> (String, f64, f64, f64) {
     let found = &c["parameters"];
     let numbers = found["numbers"]
@@ -76,25 +75,26 @@ fn exponential(p: &mut Parameters) -> &mut stickslip::friction::Exponential {
     }
 }
 
-/// By which factor of its case a number is planted, and how.
+/// A parameter, the factor by which it is changed, and how it is changed.
 type Planted = (&'static str, f64, fn(&mut Parameters));
 
-/// The equations hold between the events whatever those are, so the value comes out as planted: the steps of the solver err by
-/// (omega h)^5/120 = 1e-10 of an oscillation each, the quadrature by 1e-9, and the slope of a number is 1e-3 of the terms at least.
+/// The equations hold between the events, whatever the events are, so that the fitted value is the planted one. The
+/// solver's steps have an error of (omega h)^5/120 = 1e-10 of an oscillation each, and the quadrature 1e-9. The slope
+/// of a parameter is at least 1e-3 of the terms.
 #[track_caller]
 fn named(planted: &[Planted]) {
     for &(path, factor, change) in planted {
         let (c, text) = solved(|p, _| change(p));
         let [value, reference, error] = number_at(&c, path);
         let expected = factor * reference;
-        // The radius stands behind the coefficients of friction, which do the same.
+        // The radius multiplies the coefficients of friction, which therefore have the same effect.
         assert!(path == "contact.radius" || one_number(&c).0 == path, "{}", c["verdict"]);
         let explained = c["parameters"]["explained"].as_f64().unwrap();
         assert!((value / expected - 1.0).abs() < 1e-5, "{path}: {value} for {expected}");
         assert!(error < 1e-3 * expected, "{path}: {error}");
         assert!(explained > 0.99, "{path}: {explained}");
         assert_eq!(c["causes"][0]["cause"], "another-parameter", "{}", c["verdict"]);
-        // Tried: the case with it has the events, which the solver takes at its steps.
+        // The parameter was tested: the case with it has the events of the candidate, placed at the solver's steps.
         let rerun = &c["parameters"]["rerun"];
         assert_eq!(rerun["after"]["unmatched"], 0, "{path}: {rerun}");
         assert!(rerun["after"]["max"].as_f64().unwrap() < 2e-5, "{path}: {rerun}");
@@ -120,8 +120,8 @@ fn cli_long_each_number_planted_in_the_equations_is_named_with_its_value() {
     ]);
 }
 
-/// mu_0 is in no equation: it is read from the torque at which sticks end, and from the events. By a run of this program, of which the
-/// candidate has the samples and the events.
+/// mu_0 is in no equation. It follows from the torque at which sticks end, and from the events. The candidate has the
+/// samples and events of a run of this program.
 #[test]
 #[ignore = "long: a search among all numbers"]
 fn cli_long_another_breakaway_is_named_with_its_coefficient() {
@@ -134,7 +134,7 @@ fn cli_long_another_breakaway_is_named_with_its_coefficient() {
     let (found, value, _, _) = one_number(&c);
     assert_eq!(found, "friction.breakaway", "{verdict}");
     assert!((value - 0.62).abs() < 1e-5, "{value}");
-    // What the program prints has the same verdict.
+    // The printed report has the same verdict.
     let text = folder.ok("compare paper.h5 mine.csv --events events.csv");
     assert!(text.contains("friction.breakaway (mu_0) = 0.62"), "{text}");
 }
@@ -194,7 +194,7 @@ fn cli_long_two_mistakes_are_not_laid_on_one_number() {
     let mut paths: Vec<&str> = numbers.iter().map(|number| number["path"].as_str().unwrap()).collect();
     paths.sort_unstable();
     assert_eq!(paths, ["friction.decay", "torsion.damping"], "{}", c["verdict"]);
-    // Three are more than can be told.
+    // Three parameters are more than can be identified.
     let (c, text) = solved(|p, _| {
         exponential(p).decay = 4.9;
         p.torsion.damping *= 0.9;
@@ -203,7 +203,7 @@ fn cli_long_two_mistakes_are_not_laid_on_one_number() {
     assert!(c.get("parameters").is_none(), "{text}");
 }
 
-/// A candidate that begins just after the kick shows it by the state that it begins with.
+/// A candidate that begins just after the kick shows the kick in its initial state.
 fn with_kick(rotor: f64, stator: f64) -> String {
     let (_, before, after) = kick();
     let jump = [after.phi2_dot - before.phi2_dot, after.phi1_dot - before.phi1_dot];
@@ -216,7 +216,7 @@ fn with_kick(rotor: f64, stator: f64) -> String {
     assert_eq!(c["causes"][0]["cause"], "another-kick", "{text}");
     assert!(c.get("parameters").is_none(), "{text}");
     let found = |k: usize| c["kick"]["jumps"][k].as_f64().unwrap();
-    // In the first microsecond nothing but rounding of some 1e-16 rad/s comes to the jump of 6.5e-7 rad/s.
+    // In the first microsecond only rounding of some 1e-16 rad/s is added to the jump of 6.5e-7 rad/s.
     for (k, part) in [rotor, stator].into_iter().enumerate() {
         assert!((found(k) - part * jump[k]).abs() < 1e-3 * jump[k].abs(), "{text}");
     }
@@ -249,7 +249,6 @@ fn cli_times_that_count_from_the_kick_are_named() {
     assert_eq!(c["clock"]["counts_from"], "the kick", "{text}");
     assert!((c["clock"]["offset"].as_f64().unwrap() + start).abs() < 1e-5, "{text}");
     assert!(text.contains("its times count from the kick"), "{text}");
-    // The events alone.
     let word: Vec<_> = word_of(paper())
         .into_iter()
         .map(|(time, kind)| (time - start, kind))
@@ -260,8 +259,9 @@ fn cli_times_that_count_from_the_kick_are_named() {
     assert!(c["clock"]["left"].as_f64().unwrap() < 1e-12);
 }
 
-/// A table of events tells the number that makes the events of a run those of the table. The candidate's own runs err by less than
-/// 1e-9 s, and a slope of an event time is 1e-4 s for a change by all of the number at least.
+/// The parameter with which a run has the events of the table is identified from the table alone. The candidate's
+/// runs have errors below 1e-9 s, and the slope of an event time is at least 1e-4 s for a change of the parameter by
+/// its own size.
 #[track_caller]
 fn named_by_events(planted: &[(&str, f64)]) {
     for &(path, value) in planted {

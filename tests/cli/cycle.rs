@@ -1,10 +1,9 @@
-//! `stickslip cycle`: from a point of a branch, and what it reports.
+//! `stickslip cycle` from a point of a branch, and its report.
 
 use crate::common::cli::{Folder, output, says};
 use crate::plot_branches::with_branches;
 use stickslip::continuation::Stored;
 
-/// A cycle that is found from a point of its branch is the one that the file has there.
 #[test]
 fn cli_a_point_of_a_branch_is_its_cycle() {
     let folder = with_branches();
@@ -24,7 +23,7 @@ fn cli_a_point_of_a_branch_is_its_cycle() {
     close("period", point.period);
     close("amplitude", (point.position.1 - point.position.0) / 2.0);
     assert_eq!(found["stability"], point.stability.name());
-    // It is named after the file and the point, and its case has the number of the point.
+    // The file is named after the branch's file and the point, and its case has the parameter of the point.
     let name = format!("belt-{number}-1.cycle.h5");
     assert_eq!(found["file"], name.as_str());
     let end = folder.result(&name).resolved().unwrap();
@@ -33,7 +32,8 @@ fn cli_a_point_of_a_branch_is_its_cycle() {
     assert!(found["iterations"].as_u64().unwrap() <= 2, "{found}");
 }
 
-/// The nearest change of the sequence of events has a time of the file, as the events have: here the separation that is the shallowest.
+/// The nearest change of the event sequence has a time in the file, like the events: here that of the shallowest
+/// separation.
 #[test]
 fn cli_the_nearest_change_is_at_its_event() {
     let force = "contact.normal_force={profile='cosine',mean=9.5,amplitude=10,angular_frequency=3}";
@@ -43,14 +43,13 @@ fn cli_the_nearest_change_is_at_its_event() {
     let time = found["nearest"]["time"].as_f64().unwrap();
     let events = found["events"].as_array().unwrap().iter();
     let mut separations = events.filter(|event| event["kind"] == "separation");
-    // The same number, but for the rounding of the shift.
+    // The same time, except for the rounding of the shift.
     assert!(
         separations.any(|event| (event["time"].as_f64().unwrap() - time).abs() < 1e-12),
         "{found}"
     );
 }
 
-/// What is no point of a branch of cycles says what there is.
 #[test]
 fn cli_wrong_points_of_branches() {
     let folder = with_branches();
@@ -83,7 +82,6 @@ fn cli_wrong_points_of_branches() {
     assert_eq!(folder.names(), ["belt.h5", "belt.toml"]);
 }
 
-/// An input is not replaced by the cycle.
 #[test]
 fn cli_the_file_of_branches_is_not_replaced() {
     let folder: Folder = with_branches();
@@ -97,7 +95,7 @@ fn cli_the_file_of_branches_is_not_replaced() {
     assert!(folder.read("belt.h5") == before);
 }
 
-/// The wall time that a case allows is kept: by the search for a cycle, and by branches, which go on from there.
+/// The search for a cycle and the branches that follow from it obey the wall time that a case allows.
 #[test]
 fn cli_the_wall_time_of_cycles_and_branches_is_kept() {
     let folder = Folder::new();

@@ -1,10 +1,10 @@
-//! `stickslip export`: what others read of it, and what it refuses.
+//! `stickslip export`: exports that can be read back, and refusals.
 
 use crate::common::cli::{Folder, json, output, refusal, text};
 use std::collections::BTreeMap;
 use stickslip::case::{Case, CaseSource};
 
-/// A run of the paper's brake past its first sticks, with samples where they are.
+/// A run of the paper's brake past its first sticks, with samples around them.
 const TO_THE_STICKS: &[&str] = &[
     "run",
     "-q",
@@ -21,7 +21,7 @@ fn with_run() -> Folder {
     folder
 }
 
-/// The columns of a CSV text by their names without units.
+/// Columns of a CSV text, by name without unit.
 fn columns(text: &str) -> BTreeMap<String, Vec<String>> {
     let mut lines = text.lines();
     let names: Vec<String> = lines
@@ -43,7 +43,7 @@ fn numbers(cells: &[String]) -> Vec<f64> {
     cells.iter().map(|cell| cell.parse().unwrap()).collect()
 }
 
-/// Every sample arrives with all of its digits, with units in the header, and `compare` takes the file back.
+/// Every sample is exported with all digits, with units in the header, and `compare` reads the file back.
 #[test]
 fn cli_export_csv_reads_back_bit_for_bit() {
     let folder = with_run();
@@ -65,13 +65,13 @@ fn cli_export_csv_reads_back_bit_for_bit() {
     assert!(found["mode"].iter().any(|mode| mode == "stick"));
     let stdout = folder.ok("compare run.h5 x.csv --json");
     assert!(stdout.contains("relative_velocity"), "{stdout}");
-    // To standard output it is the same.
+    // Standard output receives the same text.
     let stdout = folder.ok("export run.h5 -o -");
     assert_eq!(stdout, text);
 }
 
-/// At the times of samples an evaluated trajectory is the samples, and between them that of closer samples: the oracle is the
-/// same run with the interval halved.
+/// An evaluated trajectory equals the samples at their times, and closer samples between them. The oracle is the same
+/// run with half the interval.
 #[test]
 fn regression_export_evaluates_between_samples_as_the_run_goes() {
     let folder = with_run();
@@ -81,7 +81,7 @@ fn regression_export_evaluates_between_samples_as_the_run_goes() {
     let times = numbers(&dense["time"]);
     assert_eq!(times[0], 6.975);
     assert_eq!(times.len(), 1819, "2 ms in steps of 1.1 us");
-    // A run that has samples at these very times.
+    // A run with samples at exactly these times.
     let window = "output.window=[{from=6.975, to=6.977, interval=1.1e-6}]";
     folder.ok(&["run", "run.h5", "-q", "--no-witness", "-o", "exact.h5", "--set", window]);
     folder.ok("export exact.h5 -o exact.csv --window 6.975:6.977");
@@ -93,8 +93,9 @@ fn regression_export_evaluates_between_samples_as_the_run_goes() {
             continue;
         };
         compared += 1;
-        // The polynomials err by 2e-12 of an oscillation of 1 rad/s and 100 N m; the times of the two grids by rounding, 1e-15 s at
-        // slopes of 1e5 1/s. Both are far below what a straight line between samples errs by, 1e-3.
+        // The polynomials have an error of 2e-12 of an oscillation of 1 rad/s and 100 N m. The times of both grids
+        // have rounding errors of 1e-15 s at slopes of 1e5 1/s. Both are far below the error of a straight line
+        // between samples, 1e-3.
         for (name, tolerance) in [("relative_velocity", 1e-8), ("transmitted_torque", 1e-6)] {
             let (a, b) = (
                 numbers(&dense[name][row..=row])[0],
@@ -106,7 +107,6 @@ fn regression_export_evaluates_between_samples_as_the_run_goes() {
     assert!(compared > 1000, "{compared} times in common");
 }
 
-/// What a window has beyond the run is said, and what there is of it is exported.
 #[test]
 fn cli_export_says_that_a_window_goes_beyond_the_run() {
     let folder = with_run();
@@ -129,7 +129,8 @@ fn cli_export_says_that_a_window_goes_beyond_the_run() {
     }
 }
 
-/// By a list of times and by a rate the same values come; what only samples have is named, and refused when asked for.
+/// A list of times and a rate give the same values. Columns that only samples have are named, and refused if
+/// requested.
 #[test]
 fn cli_export_at_given_times() {
     let folder = with_run();
@@ -148,7 +149,7 @@ fn cli_export_at_given_times() {
         file.column("time", 0..file.sample_count().unwrap()).unwrap(),
         file.column("applied_force", 0..file.sample_count().unwrap()).unwrap(),
     );
-    // The ramp is a straight line: between two samples it is that through them.
+    // The ramp is a straight line, also between two samples.
     let row = times.partition_point(|time| *time < 0.5);
     let share = (0.5 - times[row - 1]) / (times[row] - times[row - 1]);
     let line = forces[row - 1] + share * (forces[row] - forces[row - 1]);
@@ -195,7 +196,7 @@ fn cli_export_at_given_times() {
     assert!(!folder.path("b.csv").exists());
 }
 
-/// Of trains the series of the equations lead between samples; what a drive alone moves is left out.
+/// Between samples the values follow from the equations' series. Columns that only a drive moves are left out.
 #[test]
 fn cli_export_of_trains() {
     let folder = Folder::new();
@@ -212,7 +213,7 @@ fn cli_export_of_trains() {
     assert!(stdout.starts_with("event,time [s],kind,"), "{stdout}");
 }
 
-/// Every format begins as its readers expect it; what is in it is looked at by .ci/interop.py.
+/// Every format begins as its readers expect. Its contents are checked by .ci/interop.py.
 #[test]
 fn cli_export_writes_each_format_and_replaces_its_own() {
     let folder = with_run();
@@ -224,7 +225,7 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
     }
     folder.ok("export run.h5 -o data --format csv --table segments");
     folder.ok("export run.h5 -o data --format csv --table segments");
-    // What is not its own, it leaves.
+    // A file of another origin is not replaced.
     for name in ["own.csv", "own.npz", "own.mat"] {
         folder.write(name, "time,x\n0,1\n");
         folder.refused(&["export", "run.h5", "-o", name], &["--force"]);
@@ -259,7 +260,7 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
     }
 }
 
-/// Times and rates with their units are those in SI units.
+/// Times and rates with units equal those in SI units.
 #[test]
 fn cli_export_takes_units() {
     let folder = Folder::new();
@@ -283,7 +284,7 @@ fn cli_export_takes_units() {
     }
 }
 
-/// What a package takes from the manual is there, and leads nowhere that the package does not have.
+/// The sections that a package takes from the manual exist, and have no links to pages that the package lacks.
 #[track_caller]
 fn sections_of_the_manual(page: &str, headings: &[&str]) {
     for heading in headings {
@@ -293,7 +294,6 @@ fn sections_of_the_manual(page: &str, headings: &[&str]) {
     assert!(!page.contains("]("), "{page}");
 }
 
-/// A package is whole, describes itself, and is refused without a certificate.
 #[test]
 fn cli_export_benchmark_is_a_package() {
     let folder = with_run();
@@ -356,7 +356,7 @@ fn cli_export_benchmark_is_a_package() {
     let equations = read("equations.md");
     assert!(equations.contains("rotor surface  J phi_2''"));
     sections_of_the_manual(&equations, &["## Equations", "## Friction laws"]);
-    // The script solves the system, in whichever form the case is written.
+    // The script solves the system in either form of the case.
     let case = Case::read(&CaseSource::text(&file.resolved().unwrap()), &[]).unwrap();
     folder.write("general.toml", case.in_general_form().resolved());
     folder.ok("run general.toml -q -o general.h5");
@@ -369,14 +369,14 @@ fn cli_export_benchmark_is_a_package() {
         &equations,
         &["## Trains", "### Contacts without stick", "## Friction laws"],
     );
-    // A folder with anything else in it is left alone.
+    // A folder with other contents is left alone.
     std::fs::create_dir(folder.path("mine")).unwrap();
     folder.write("mine/thesis.tex", "x");
     folder.refused("export certified.h5 --benchmark -o mine", &["not a benchmark package"]);
     folder.refused(&make(&["--license", "none of yours"]), &["SPDX"]);
 }
 
-/// Where the samples of a run are too far apart for other times, the message has the command that helps, and it helps.
+/// If the samples of a run are too far apart for other times, the message contains a command that helps.
 #[test]
 fn regression_export_says_how_a_run_has_every_time() {
     let folder = Folder::new();
@@ -396,7 +396,7 @@ fn regression_export_says_how_a_run_has_every_time() {
     assert_eq!(rows, 30_001);
 }
 
-/// A kill leaves nothing, and neither does a full disk, of which one line tells.
+/// A kill leaves no file, and neither does a full disk, which is reported in one line.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_an_export_that_does_not_end_leaves_nothing() {

@@ -1,10 +1,10 @@
-//! Hostile and broken input, and systems that refuse: each a clear error, whatever the command.
+//! Hostile and broken input, and failing systems: each gives a clear error, whatever the command.
 
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::unlocked;
 use stickslip::results::Status;
 
-/// The message of a run that fails, which has its time and its mode.
+/// The message of a run that fails, which contains its time and its mode.
 fn failure(folder: &Folder, arguments: &[&str]) -> String {
     let mut command = folder.stickslip("run -q -o x.h5");
     let (_, stderr) = output(command.args(arguments), 1);
@@ -24,13 +24,13 @@ fn cli_a_run_that_makes_no_progress_ends_by_itself() {
         let said = failure(&folder, arguments);
         assert!(said.contains("stands still") || said.contains("no progress"), "{said}");
         assert!(said.contains("solver.method"), "{said}");
-        // What was done for nothing does not fill the disk.
+        // A failed run does not fill the disk.
         let size = std::fs::metadata(folder.path("x.partial.h5")).unwrap().len();
         assert!(size < 4_000_000, "{size}");
     }
 }
 
-/// A contact that rings 7e8 times a second, and might open each time, is not searched to the end of the run at once.
+/// A contact that rings 7e8 times a second, and may open each time, is not searched to the end of the run at once.
 #[test]
 fn cli_the_search_for_a_change_of_contact_keeps_to_the_budget() {
     let folder = Folder::new();
@@ -62,7 +62,7 @@ fn cli_budgets_of_steps_and_time_end_a_run() {
         let said = failure(&folder, &slow);
         says(&said, &["0.02 s of wall time", "--max-wall-time"]);
     }
-    // Nor is one forgotten over samples that take long: of doubles of this size little is left between two of them.
+    // The budget also holds over samples that take long. Doubles of this size leave few values between two samples.
     let mut fast = folder.stickslip("run -q -o f.h5 --set initial.speed=9e18");
     let (_, said) = output(fast.args(["--max-wall-time", "20 ms"]), 1);
     assert!(said.contains("0.02 s of wall time"), "{said}");
@@ -101,7 +101,6 @@ fn cli_a_value_that_is_not_finite_fails_the_run() {
     }
 }
 
-/// Overwrites the times of a result.
 fn with_times(folder: &Folder, name: &str, time: impl Fn(usize) -> f64) {
     std::fs::copy(folder.path("good.h5"), folder.path(name)).unwrap();
     let file = unlocked::open_rw(folder.path(name)).unwrap();
@@ -153,7 +152,7 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
     folder.write("s.toml", "case = \"paper\"\npoints = \"secret\"\n");
     let said = refusal(&mut folder.stickslip("sweep s.toml"));
     assert!(said.contains("secret:1") && !said.contains("verysecret"), "{said}");
-    // A misspelt key is quoted, as everywhere.
+    // A misspelt key is quoted, as in other messages.
     folder.write("points.csv", "friction.deccay\n1\n");
     folder.write("s.toml", "case = \"paper\"\npoints = \"points.csv\"\n");
     folder.refused("sweep s.toml", &["did you mean friction.decay"]);
@@ -175,7 +174,7 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
         let stdout = folder.ok(arguments);
         assert!(stdout.contains("a\\u{1b}[2Jb"), "{stdout:?}");
     }
-    // Nor does it reach whoever lists a figure or a page.
+    // Figures and pages do not contain the control character, either.
     for arguments in [
         &["modes", "x.h5", "-q", "--figure", "x.svg"][..],
         &["plot", "x.h5", "--html", "x.html"],
@@ -268,7 +267,7 @@ fn cli_a_link_at_the_name_of_a_lock_is_not_followed() {
     assert!(!folder.path("elsewhere").exists());
 }
 
-/// A limit on the size of files, whose signal would end a program without a word.
+/// The signal of a limit on file sizes would end a program silently.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_a_limit_on_files_is_an_error_of_every_command() {
@@ -316,7 +315,7 @@ fn cli_a_limit_on_files_is_an_error_of_every_command() {
         let stderr = String::from_utf8_lossy(&limited.stderr);
         assert_eq!(limited.status.code(), Some(1), "{arguments:?}: {stderr}");
         assert!(stderr.contains("out"), "{arguments:?}: {stderr}");
-        // The journal of a sweep stays, as after any other failure; --force starts anew.
+        // The journal of a sweep remains, as after any other failure. --force starts again.
         let mut left = folder.names();
         left.retain(|name| name != "out.journal");
         assert_eq!(left, before, "{arguments:?}");

@@ -1,4 +1,4 @@
-//! HDF5 files that this program did not write, or no longer as it did: an error or a result, nothing else.
+//! HDF5 files that this program did not write, or that were changed later. Each must give an error or a result.
 
 use crate::common::cli::{Folder, LONG, output, says};
 use crate::common::hostile::{Dice, damage, survive};
@@ -7,7 +7,6 @@ use crate::common::unlocked::{create, open_rw};
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use std::path::Path;
 
-/// A small study of quick runs, with events.
 const STUDY: &str = r#"
 case = "paper"
 set = { output.end_time = 0.02, actuation.rise_time = 0.01, solver.method = "series" }
@@ -15,14 +14,12 @@ axis = [{ key = "torsion.damping", from = 10, to = 30, count = 6 }]
 keep = { events = true }
 "#;
 
-/// A folder with `run.h5`, a result of the program.
 fn with_run() -> Folder {
     let folder = Folder::new();
     folder.ok_short("-q -o run.h5");
     folder
 }
 
-/// A file of another program: a time and a relative velocity.
 fn write_candidate(path: &Path) -> hdf5::File {
     let file = create(path).unwrap();
     let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
@@ -32,7 +29,7 @@ fn write_candidate(path: &Path) -> hdf5::File {
     file
 }
 
-/// Replaces all that is `from` in a file by as many other bytes.
+/// Replaces all occurrences of `from` in a file by the same number of other bytes.
 fn patch(path: &Path, from: &[u8], to: &[u8]) {
     let mut bytes = std::fs::read(path).unwrap();
     let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(from)).collect();
@@ -43,7 +40,7 @@ fn patch(path: &Path, from: &[u8], to: &[u8]) {
     std::fs::write(path, bytes).unwrap();
 }
 
-/// A command on hostile input, which ends with 2 and says these words.
+/// Runs a command on hostile input, which must end with status 2 and these words.
 fn refused(folder: &Folder, arguments: &[&str], words: &[&str]) {
     let (code, _, stderr) = survive(&folder.path(""), arguments);
     assert_eq!(code, 2, "{arguments:?}: {stderr}");
@@ -76,11 +73,11 @@ fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
     let folder = with_run();
     patch(&folder.path("run.h5"), b"Two-disk", b"Two\xb2disk");
     assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
-    // The case is to be parsed, so that it has to be what was written.
+    // The case will be parsed, so that it must be unchanged.
     refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["run.h5"]);
 }
 
-/// Nobody can ask for them by these names: they are shown, and the rest is read.
+/// Nobody can request objects with these names. They are shown, and the rest is read.
 #[test]
 fn regression_names_of_another_encoding_are_listed() {
     let folder = with_run();
@@ -104,7 +101,7 @@ fn regression_names_of_another_encoding_are_listed() {
     says(&stdout, &["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"]);
     let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
-    // Another program has written to the reference, and with that has taken its seal away: it is taken as it is.
+    // Another program has written to the reference, and thereby removed its seal. It is accepted as it is.
     for reference in ["run.h5", "sound.h5"] {
         let (code, _, stderr) = survive(&folder.path(""), &["compare", reference, "other.h5", "--quick"]);
         assert_eq!(code, 0, "{reference}: {stderr}");
@@ -210,7 +207,7 @@ fn regression_more_events_than_are_stored_are_an_error() {
     let folder = with_run();
     {
         let file = open_rw(folder.path("run.h5")).unwrap();
-        // The times of the witness have the length that they were written with.
+        // The times of the witness keep the length with which they were written.
         let names = file.group("events").unwrap().member_names().unwrap();
         for name in names.iter().filter(|name| *name != "witness_time") {
             file.dataset(&format!("events/{name}"))
@@ -229,7 +226,6 @@ fn regression_more_events_than_are_stored_are_an_error() {
     }
 }
 
-/// Changes a copy of a shard's file, and merges it.
 fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
     std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
     change(&open_rw(folder.path("changed.h5")).unwrap());
@@ -253,7 +249,7 @@ fn with_two_shards() -> Folder {
     folder
 }
 
-/// A copy of a file without its last line, as HDF5 leaves a file that it changes.
+/// A copy of a file without its last line, as HDF5 leaves a file that it has changed.
 fn unseal(folder: &Folder, from: &str, to: &str) {
     let bytes = folder.read(from);
     let text = String::from_utf8_lossy(&bytes[bytes.len() - 26..]);
@@ -261,13 +257,13 @@ fn unseal(folder: &Folder, from: &str, to: &str) {
     folder.write(to, &bytes[..bytes.len() - 26]);
 }
 
-/// Changes a bit of the first row of the first chunk of a variable, as the index of its chunks has it: HDF5 does not
-/// find the chunk any more, and reads its fill value.
+/// Changes a bit of the first row of a variable's first chunk in the index of chunks. HDF5 then no longer finds the
+/// chunk, and reads its fill value.
 fn lose_chunk(folder: &Folder, name: &str, variable: &str) {
     let chunk = unlocked::open(folder.path(name)).unwrap();
     let chunk = chunk.dataset(variable).unwrap().chunk_info(0).unwrap();
     let mut bytes = folder.read(name);
-    // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
+    // A key (bytes of the chunk, filters left out, first row, 0), followed by the address of the chunk.
     let is_key = |at: &usize| {
         let size = bytes[at - 24..].first_chunk().map(|size| u32::from_le_bytes(*size));
         bytes[*at..].starts_with(&chunk.addr.to_le_bytes()) && size.map(u64::from) == Some(chunk.size)
@@ -277,7 +273,7 @@ fn lose_chunk(folder: &Folder, name: &str, variable: &str) {
     folder.write(name, &bytes);
 }
 
-/// Nothing new is made from a file whose seal is broken: each command refuses it as `check` does.
+/// Nothing new is made from a file with a broken seal. Each command refuses it like `check`.
 #[test]
 fn regression_nothing_is_made_from_a_damaged_file() {
     const WORDS: &str = "some bytes are not those that were written";
@@ -346,12 +342,11 @@ fn regression_nothing_is_made_from_a_damaged_file() {
         let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "bad.h5"]);
         let damage = crate::common::cli::json(&stdout)["damage"].to_string();
         assert!(damage.contains(WORDS), "{damage}");
-        // What `survive` writes, and the damaged file itself.
+        // The files that `survive` writes, and the damaged file itself.
         assert_eq!(folder.names().len(), before + 3, "{:?}", folder.names());
     }
 }
 
-/// A result that is not recognised any more is no file of another program.
 #[test]
 fn regression_a_damaged_result_is_no_foreign_candidate() {
     let folder = with_run();
@@ -364,13 +359,13 @@ fn regression_a_damaged_result_is_no_foreign_candidate() {
     assert!(crate::common::cli::json(&stdout)["damage"].is_null());
 }
 
-/// Any bit of a file, wherever HDF5 keeps it: `check` refuses the file, whatever HDF5 makes of it. The sum of the bytes
-/// leaves no single bit out; without it, about one file in a hundred passed.
+/// `check` finds any changed bit, wherever HDF5 keeps it, and whatever HDF5 makes of it. The sum over all bytes
+/// covers every bit. Without it, about one changed file in a hundred passed.
 #[test]
 fn property_any_changed_bit_is_found() {
     let folder = with_run();
     let sound = folder.read("run.h5");
-    // Here a changed letter passed: the links of dimensions, and the attributes of /meta.
+    // A changed letter passed in these places: the links of dimensions, and the attributes of /meta.
     let names = ["DIMENSION_LIST", "REFERENCE_LIST", "command_line"];
     let at = |name: &str| {
         let found = |at: &usize| sound[*at..].starts_with(name.as_bytes());
@@ -379,7 +374,7 @@ fn property_any_changed_bit_is_found() {
     let mut places: Vec<usize> = names.into_iter().map(at).collect();
     let mut dice = Dice(0);
     places.extend((0..40).map(|_| dice.below(sound.len())));
-    // Of the last line, too.
+    // The last line, too.
     places.extend([sound.len() - 26, sound.len() - 2]);
     let found = |bad: &[u8], what: &str| {
         folder.write("bad.h5", bad);
@@ -391,13 +386,12 @@ fn property_any_changed_bit_is_found() {
         bad[at] ^= 1 << dice.below(8);
         found(&bad, &format!("byte {at}"));
     }
-    // HDF5 does not miss the end of the last line.
+    // HDF5 does not need the end of the last line.
     for lost in [1, 20] {
         found(&sound[..sound.len() - lost], &format!("{lost} bytes lost"));
     }
 }
 
-/// A file without a seal is read after a probe.
 #[test]
 fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
     let folder = with_run();
@@ -413,7 +407,7 @@ fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
     ] {
         assert_eq!(survive(&folder.path(""), arguments).0, 0, "{arguments:?}");
     }
-    // HDF5 cuts the line off when it changes a file; what certify makes has one again.
+    // HDF5 cuts the line off when it changes a file. The output of certify has one again.
     drop(
         open_rw(folder.path("run.h5"))
             .unwrap()
@@ -513,7 +507,7 @@ fn regression_other_files_are_read_only_on_demand() {
     }
 }
 
-/// As times are refused that do not increase.
+/// They are refused like times that do not increase.
 #[test]
 fn regression_a_reference_with_values_that_are_none_is_refused() {
     for (name, value) in [("theta", f64::NAN), ("phi1_dot", f64::INFINITY)] {
@@ -522,7 +516,7 @@ fn regression_a_reference_with_values_that_are_none_is_refused() {
         let file = open_rw(folder.path("run.h5")).unwrap();
         let column = file.dataset(&format!("trajectory/{name}")).unwrap();
         column.write_slice(&[value], 5..6).unwrap();
-        // Written when nothing holds the file any more.
+        // The change is written when nothing holds the file open.
         drop((column, file));
         let words = ["row 5", name];
         refused(&folder, &["compare", "run.h5", "sound.h5"], &words);
@@ -531,7 +525,7 @@ fn regression_a_reference_with_values_that_are_none_is_refused() {
     }
 }
 
-/// What cannot be read is said where it is missed, and is no reason to refuse the rest.
+/// An unreadable column is reported where it is missing, and is no reason to refuse the rest.
 #[test]
 fn regression_a_column_that_is_left_out_is_said_to_be() {
     let folder = with_run();
@@ -556,7 +550,7 @@ fn regression_a_column_that_is_left_out_is_said_to_be() {
     assert_eq!(code, 0, "{stderr}");
 }
 
-/// A file whose two variables are made of those of another, by these names.
+/// Writes a file whose two variables are virtual, with the variables `names` of another file as sources.
 fn write_virtual(path: &Path, source: &str, names: [&str; 2]) {
     let file = create(path).unwrap();
     for (name, from) in ["time", "relative_velocity"].into_iter().zip(names) {
@@ -566,7 +560,7 @@ fn write_virtual(path: &Path, source: &str, names: [&str; 2]) {
     }
 }
 
-/// Ways out of the folder that a name does not show: links of the file system.
+/// Links of the file system lead out of the folder without being visible in a name.
 #[cfg(unix)]
 #[test]
 fn regression_links_of_the_file_system_lead_to_no_other_file() {
@@ -596,9 +590,9 @@ fn regression_links_of_the_file_system_lead_to_no_other_file() {
     assert_eq!(code, 0, "{stderr}");
 }
 
-/// A name that has a pattern stands for any number of files, of which nobody has a list. The two files are by h5py (HDF5
-/// 2.0.0), as the binding has no virtual dataset without end: `time` and `relative_velocity` of `beside%b.h5`, and `time%b`
-/// and `relative_velocity%b` of `beside0.h5`.
+/// A name with a pattern stands for any number of files, which are not listed anywhere. The two files are written by
+/// h5py (HDF5 2.0.0), because the binding has no virtual dataset without end: `time` and `relative_velocity` of
+/// `beside%b.h5`, and `time%b` and `relative_velocity%b` of `beside0.h5`.
 #[test]
 fn regression_a_pattern_of_names_leads_to_no_other_file() {
     let folder = with_run();
@@ -616,7 +610,7 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
     assert_eq!(code, 0, "{stderr}");
 }
 
-/// HDF5 reads what is not there as a fill value.
+/// HDF5 reads missing sources as fill values.
 #[test]
 fn regression_a_missing_source_of_a_virtual_variable_is_an_error() {
     let folder = with_run();
@@ -644,7 +638,7 @@ fn regression_a_missing_source_of_a_virtual_variable_is_an_error() {
     wrong(&["near.h5", "cannot be read"]);
 }
 
-/// A named pipe, made by a command that every Unix has.
+/// Makes a named pipe with a command that every Unix has.
 #[cfg(unix)]
 fn make_pipe(folder: &Folder, name: &str) {
     let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
@@ -660,7 +654,7 @@ fn regression_a_pipe_is_no_result() {
     refused(&folder, &["plot", "pipe.h5"], &["pipe.h5"]);
 }
 
-/// A lock is a plain file. Whoever opened the pipe to read it would wait for ever.
+/// A lock must be a plain file. Opening a pipe for reading could block for ever.
 #[cfg(unix)]
 #[test]
 fn regression_a_pipe_in_place_of_a_lock_is_not_waited_for() {
@@ -676,7 +670,7 @@ fn regression_a_pipe_in_place_of_a_lock_is_not_waited_for() {
     );
 }
 
-/// This process is given the processes that are left when their parents end: none is.
+/// Processes whose parents end become children of this process. There must be none.
 #[cfg(target_os = "linux")]
 #[test]
 fn regression_no_probing_process_is_left() {
@@ -698,15 +692,15 @@ fn regression_no_probing_process_is_left() {
             let (name, rest) = stat.rsplit_once(") ").unwrap();
             let (id, name) = name.split_once(" (").unwrap();
             let fields: Vec<&str> = rest.split(' ').collect();
-            // Probing processes, and they alone, are the first of a group.
+            // Only probing processes lead a process group.
             let is_left = name == "stickslip" && fields[1] == own && fields[2] == id;
             assert!(!is_left, "{arguments:?}: {stat}");
         }
     }
 }
 
-/// Whoever ends or stops the process that probes a file says nothing about the file. A process that neither computes nor reads
-/// anything, as one whose disk does not answer, is given up.
+/// If a probing process is ended or stopped from outside, the file is not blamed. A process that neither computes nor
+/// reads, for example because its disk does not answer, is abandoned.
 #[cfg(target_os = "linux")]
 #[test]
 fn regression_the_end_of_a_probe_from_outside_is_not_blamed_on_the_file() {
@@ -714,7 +708,7 @@ fn regression_the_end_of_a_probe_from_outside_is_not_blamed_on_the_file() {
     use rustix::process::{Pid, Signal, kill_process};
     let folder = with_run();
     {
-        // It takes a second to read, and no room on the disk.
+        // A file that takes a second to read, and no space on the disk.
         let file = write_candidate(&folder.path("long.h5"));
         let long = file.new_dataset::<f64>().alloc_time(Some(AllocTime::Early));
         let long = long.fill_time(FillTime::Never).shape([1 << 28]);
@@ -752,8 +746,8 @@ fn regression_the_end_of_a_probe_from_outside_is_not_blamed_on_the_file() {
     }
 }
 
-/// A file without an intact seal is not opened before it is probed. Here no probe can be started, as the program is not there
-/// any more.
+/// A file without an intact seal is not opened before it is probed. Here none can be started, because the program no
+/// longer exists.
 #[cfg(target_os = "linux")]
 #[test]
 fn regression_an_unsealed_file_is_not_opened_without_a_probe() {
@@ -775,8 +769,8 @@ fn regression_an_unsealed_file_is_not_opened_without_a_probe() {
     }
 }
 
-/// A file that a run is writing is read as its last flush left it, every time. Each reading takes longer than the one before,
-/// and the run takes minutes: after a few seconds enough has been read.
+/// A file that a run is writing is read in the state of its last flush, every time. Each reading takes longer than
+/// the one before, and the run takes minutes, so that a few seconds of reading suffice.
 #[test]
 fn regression_a_growing_file_can_be_read_at_any_time() {
     let folder = Folder::new();
@@ -805,11 +799,11 @@ fn regression_a_growing_file_can_be_read_at_any_time() {
     run.wait().unwrap();
     assert!(rows.is_sorted(), "{rows:?}");
     let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
-    // A kill in the middle of a flush may leave it unreadable.
+    // A kill during a flush may leave the file unreadable.
     assert!(code == 2 || crate::common::cli::json(&stdout)["growing"] == false);
 }
 
-/// Gives a variable another length: a growing one as it is, any other anew, without its attributes.
+/// Changes the length of a variable: a growing one in place, any other by creating it again without its attributes.
 fn change_length(path: &Path, variable: &str, length: usize) {
     let file = open_rw(path).unwrap();
     let old = file.dataset(variable).unwrap();
@@ -828,7 +822,7 @@ fn change_length(path: &Path, variable: &str, length: usize) {
     file.close().unwrap();
 }
 
-/// The variables of all tables of a file, with their numbers of rows.
+/// The variables of all tables in a file, with their numbers of rows.
 fn columns(path: &Path) -> Vec<(String, usize)> {
     fn below(group: &hdf5::Group, at: &str, found: &mut Vec<(String, usize)>) {
         for name in group.member_names().unwrap() {
@@ -845,8 +839,9 @@ fn columns(path: &Path) -> Vec<(String, usize)> {
     found
 }
 
-/// In every kind of file, a column that is longer or shorter than its table: `check` and every command that reads the table refuse the
-/// file with the table's name. `each`: of so many columns, one is changed, besides those on which a command once panicked.
+/// In every kind of file, if a column is longer or shorter than its table, `check` and every command that reads the
+/// table refuse the file, and name the table. One column in `each` is changed, and additionally those on which a
+/// command once panicked.
 fn columns_of_other_lengths(each: usize) {
     const KNOWN: [&str; 3] = ["branches/parent", "runs/method", "targets/half_width"];
     let folder = Folder::new();
@@ -890,11 +885,11 @@ fn columns_of_other_lengths(each: usize) {
                 continue;
             }
             let length = [0, rows + 1, rows.saturating_sub(1), 2 * rows + 7][dice.below(4)];
-            // An axis of a shard has a length of its own.
+            // An axis of a shard has its own length.
             if variable.starts_with("axes/") {
                 continue;
             }
-            // A group with several dimensions does not say which of them a changed column had.
+            // A group with several dimensions does not say to which of them a changed column belonged.
             if all.iter().any(|(other, rows)| of_table(other) && length == *rows) {
                 continue;
             }
@@ -928,7 +923,7 @@ fn property_long_every_table_whose_columns_differ_in_length_is_refused() {
     columns_of_other_lengths(1);
 }
 
-/// The seeds of the campaign: files of the program, and one of another.
+/// The seeds of the campaign: files of the program, and one of another program.
 fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
     folder.ok_short("-q -o reference.h5");
     folder.write("study.toml", STUDY);
@@ -960,7 +955,7 @@ fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
         .to_vec()
 }
 
-/// What is done with a damaged copy of a seed, `bad.h5`.
+/// The commands that get a damaged copy of a seed, `bad.h5`.
 fn commands(seed: &str) -> &'static [&'static [&'static str]] {
     match seed {
         "reference.h5" => &[
@@ -997,14 +992,14 @@ fn commands(seed: &str) -> &'static [&'static [&'static str]] {
     }
 }
 
-/// `check` finds the sums of a damaged file to agree only if it has none of all bytes.
+/// `check` never reports that all checksums of a damaged file agree.
 fn checked(folder: &Folder, case: u64) {
     let (code, stdout, _) = survive(&folder.path(""), &["check", "bad.h5"]);
     assert!(code != 0 || !stdout.contains("all checksums agree"), "case {case}");
 }
 
-/// Damages copies of every seed, a number of times each, and gives each to `check` and to one of its commands. A case that fails leaves
-/// its file in the temporary folder and says its number, by which [`damage`] makes it again.
+/// Damages several copies of every seed, and gives each copy to `check` and to one of its commands. A case that fails
+/// leaves its file in the temporary folder, and prints its number, with which [`damage`] can make the file again.
 fn campaign(first: u64, cases: u64) {
     let folder = Folder::new();
     let seeds = seeds(&folder);
@@ -1033,7 +1028,7 @@ fn campaign(first: u64, cases: u64) {
     }
 }
 
-/// `STICKSLIP_HOSTILE_CASES` asks for more, `STICKSLIP_HOSTILE_FIRST` for others.
+/// `STICKSLIP_HOSTILE_CASES` sets the number of cases, `STICKSLIP_HOSTILE_FIRST` the first one.
 #[test]
 fn property_damaged_files_are_an_error_or_a_result() {
     let asked = |name: &str, otherwise| std::env::var(name).map_or(otherwise, |text| text.parse().unwrap());

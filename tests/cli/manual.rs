@@ -1,10 +1,10 @@
-//! The commands of the manual, as they stand there, one after the other in a folder of each document.
+//! The commands of the manual as they are written there, run one after the other in one folder for each document.
 
 use crate::common::cli::{Folder, json, text};
 use std::path::Path;
 use std::process::Command;
 
-/// A part of a document between three backticks: its language and its lines, and the paragraph before it.
+/// A code block of a document: its language and lines, and the paragraph before it.
 struct Block {
     language: String,
     lines: Vec<String>,
@@ -32,7 +32,8 @@ fn blocks(document: &str) -> Vec<Block> {
     found
 }
 
-/// What the reader has, by document: a command that makes it, before the command of the manual that begins so.
+/// Files that the reader has, by document: a command that makes them, and the beginning of the manual's command
+/// before which it is run.
 const GIVEN: &[(&str, &str, &str)] = &[
     (
         "calibration.md",
@@ -106,7 +107,6 @@ const GIVEN: &[(&str, &str, &str)] = &[
 /// Commands on files that neither the repository nor the reader has.
 const NOT_RUN: &[&str] = &["stickslip compare paper.h5 brakeT01.csv"];
 
-/// The status of a line of a shell, and its output.
 fn shell(folder: &Folder, line: &str) -> (i32, String, String) {
     let program = Path::new(env!("CARGO_BIN_EXE_stickslip")).parent().unwrap();
     let path = std::env::var("PATH").unwrap();
@@ -124,8 +124,8 @@ fn shell(folder: &Folder, line: &str) -> (i32, String, String) {
     )
 }
 
-/// Runs the commands of a document, whose reader has a run of the paper's brake, and samples of it as a candidate. Returns those
-/// that fail, with what they say.
+/// Runs the commands of a document, whose reader has a run of the paper's brake, and samples of it as a candidate.
+/// Returns the commands that fail, with their output.
 fn run_all(document: &str) -> Vec<String> {
     let mut failed = Vec::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -154,7 +154,7 @@ fn run_all(document: &str) -> Vec<String> {
                     .and_then(|(_, rest)| rest.split('`').next());
                 named.map(|named| folder.write(named, &whole));
             }
-            // What the command before it says.
+            // The JSON is the output of the command before it.
             "json" => assert_eq!(refusal.take(), Some(json(&whole)), "{name}"),
             "sh" | "text" => {
                 let commands = block.lines.iter().map(|line| line.trim_start_matches("$ "));

@@ -1,4 +1,4 @@
-//! The methods as a user names them: help, errors, and what a result says of its method.
+//! The methods from the user's side: help, errors, and the description of the method in a result.
 
 use crate::common::cli::{Folder, output};
 use crate::common::rows;
@@ -24,7 +24,7 @@ fn cli_help_and_errors_list_every_method() {
 #[test]
 fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
     let folder = Folder::new();
-    // |R| of Dormand and Prince's method along the slope of this mode is 1 at |h lambda| = 2.3.
+    // For Dormand and Prince's method, |R| along the slope of this mode is 1 at |h lambda| = 2.3.
     for [arguments, words] in rows(
         r#"
         --method arkode --set 'solver.fixed_step=1 us' | solver.fixed_step & only the explicit Runge-Kutta
@@ -49,8 +49,8 @@ fn cli_a_fixed_step_needs_a_method_a_unit_and_stability() {
     assert!(value("event_location").contains("\"located\""));
 }
 
-/// The result of the paper's procedure says that nothing was located, in /meta and at the events, warns, and is the
-/// input of the same run.
+/// The result of the paper's procedure says in /meta and at the events that nothing was located. The run warns, and
+/// its result can be run again.
 #[test]
 fn cli_the_papers_procedure_is_flagged() {
     let folder = Folder::new();

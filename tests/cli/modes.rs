@@ -28,15 +28,14 @@ fn cli_modes_says_the_same_in_table_and_json() {
     assert!(table.lines().skip(1).all(|line| line.chars().count() <= 80), "{table}");
 }
 
-/// The figure that follows a name in a table.
 fn value(table: &str, name: &str) -> String {
     let line = table.lines().find(|line| line.starts_with(name));
     let line = line.unwrap_or_else(|| panic!("no {name} in {table}"));
     line[name.len()..].split_whitespace().next().unwrap().to_owned()
 }
 
-/// Loss of stability, growth and what decides the onset, of every built-in case: from the forecast of `modes` and from
-/// the events of `run`.
+/// Loss of stability, growth and the cause of the onset for every built-in case. The forecast of `modes` must agree
+/// with the events of `run`.
 #[test]
 fn cli_modes_agree_with_what_run_prints() {
     let folder = Folder::new();
@@ -84,8 +83,8 @@ fn cli_modes_without_an_instability_says_why() {
     folder.refused("modes --set friction.decoy=0", &["friction.decoy"]);
 }
 
-/// A friction law that falls within 1e-5 rad/s: before that the kick dies out like any other, at 1000 1/s of c_t/2J, and what
-/// is unstable lasts for less than an oscillation.
+/// A friction law that falls within 1e-5 rad/s. Before that the kick decays like any other, at c_t/2J = 1000 1/s. The
+/// instability lasts for less than one oscillation.
 #[test]
 fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let folder = Folder::new();
@@ -93,7 +92,8 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let table = folder.ok(&steep);
     assert!(table.contains("shorter than one oscillation"), "{table}");
     assert!(table.contains("not counted: no oscillation fits in"), "{table}");
-    // No rate of what does not come about: those that are left are of the modes that there are, at some 1000 1/s.
+    // No rate of growth is printed, because it has no time to act. The other rates are those of the modes, some 1000
+    // 1/s.
     let numbers = table.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     assert!(numbers.filter(|number| *number > 1e4).count() == 0, "{table}");
     let document = folder.ok(&[&steep[..], &["--json"]].concat());
@@ -108,7 +108,7 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     assert!(!table.contains("shorter than one oscillation"), "{table}");
 }
 
-/// The points of a table start a stick-slip of their own.
+/// Each point of a friction table starts its own stick-slip.
 #[test]
 fn cli_modes_names_the_points_of_a_friction_table() {
     let folder = Folder::new();
@@ -131,7 +131,7 @@ fn cli_modes_names_the_points_of_a_friction_table() {
     }
 }
 
-/// Of trains: table and JSON agree, what a case does not have is said, and no figure is promised.
+/// For systems in the general form, table and JSON agree, missing features are named, and no figure is offered.
 #[test]
 fn cli_modes_of_trains() {
     let folder = Folder::new();
@@ -165,7 +165,7 @@ fn cli_modes_of_trains() {
     assert_eq!(folder.names(), [""; 0]);
 }
 
-/// Every built-in case of trains has its modes, in a table that fits a terminal but for sentences.
+/// Every built-in case of the general form has its modes in a table that fits a terminal, apart from sentences.
 #[test]
 fn cli_modes_of_every_case_of_trains() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Odd cases, judged by what holds of every brake: the energy balance, the order of events, the friction law.
+//! Odd cases, judged by properties of every brake: the energy balance, the order of events, the friction law.
 
 use crate::common::cli::{Folder, json, output};
 use stickslip::case::{Case, CaseSource};
@@ -6,7 +6,7 @@ use stickslip::model::Mode;
 use stickslip::model::Parameters;
 use stickslip::record::EventKind;
 
-/// What someone may try, each with the events that it must have, or cannot have.
+/// Cases that someone may try, each with the events that it must or cannot have.
 const ODD: &[(&str, &[&str])] = &[
     ("at rest", &["initial.speed=0", "output.end_time=2"]),
     ("backwards", &["initial.speed=-100"]),
@@ -140,7 +140,6 @@ fn judge(name: &str, folder: &Folder) {
     let samples = file.samples(0..file.sample_count().unwrap()).unwrap();
     let (events, segments) = (file.events().unwrap(), file.segments().unwrap());
 
-    // The clock.
     assert_eq!(samples.first().unwrap().time, 0.0, "{name}");
     assert_eq!(samples.last().unwrap().time, case.output.end_time, "{name}");
     assert!(samples.windows(2).all(|pair| pair[0].time < pair[1].time), "{name}");
@@ -152,8 +151,8 @@ fn judge(name: &str, folder: &Folder) {
         assert_eq!(segment.mode, sample.mode, "{name} at {}", sample.time);
     }
 
-    // Energy: 1e-8 of what is at stake is ten times what the default method leaves open, most where it strides over a force that
-    // changes.
+    // The energy balance must close to 1e-8 of the largest energy. This is ten times the error of the default method,
+    // which is largest where its steps cross a change of the force.
     let largest =
         |f: fn(&stickslip::record::Channels) -> f64| samples.iter().map(|s| f(&s.channels).abs()).fold(0.0, f64::max);
     let stake = largest(|c| c.energy_kinetic).max(largest(|c| c.work_applied));
@@ -205,7 +204,7 @@ fn judge(name: &str, folder: &Folder) {
         }
     }
 
-    // Each event is possible in the mode that it finds.
+    // Each event is possible in the mode in which it occurs.
     let mut mode = None;
     for event in &events {
         let after = event.mode_after;
@@ -230,7 +229,6 @@ fn judge(name: &str, folder: &Folder) {
     }
 }
 
-/// The mirror image of a case is computed to the last bit as the case is.
 #[test]
 fn cli_odd_mirrored_case_gives_the_mirrored_run() {
     let folder = Folder::new();
@@ -248,7 +246,7 @@ fn cli_odd_mirrored_case_gives_the_mirrored_run() {
     assert!(speeds("forward.h5") == mirrored);
 }
 
-/// A kick that has died out before sliding loses its stability, or that is below the rounding, starts nothing.
+/// A kick that decays before sliding becomes unstable, or that is below rounding, starts nothing.
 #[test]
 fn cli_odd_kick_that_cannot_matter_does_not_silence_the_warning() {
     let folder = Folder::new();

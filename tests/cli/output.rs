@@ -1,4 +1,4 @@
-//! Where results go, what they may replace, and what happens where they cannot be written.
+//! Places of results, files that they may replace, and places that cannot be written.
 
 use crate::common::cli::{Folder, SHORT, json, output, refusal, says};
 use std::process::Stdio;
@@ -76,7 +76,7 @@ fn cli_output_needs_a_folder_and_a_name() {
     assert!(folder.path("results/x.h5").is_file());
 }
 
-/// A result under the name of another format would be HDF5 that other programs take for that format.
+/// A result named like another format would be HDF5, which other programs would take for that format.
 #[test]
 fn cli_output_is_not_named_like_another_format() {
     let folder = Folder::new();
@@ -98,14 +98,14 @@ fn cli_output_is_not_named_like_another_format() {
         }
     }
     assert_eq!(folder.names(), ["run.h5"]);
-    // A name that says nothing is a name.
+    // A name without the extension of another format is accepted.
     for name in ["x", "x.nc", "x.2026"] {
         folder.ok_short(&["-q", "-o", name]);
         assert_eq!(&folder.read(name)[..4], b"\x89HDF");
     }
 }
 
-/// A name with which those of the files beside it would be too long is refused before anything is computed.
+/// A name that makes the names of accompanying files too long is refused before anything is computed.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_output_with_a_name_that_is_too_long_is_refused_at_once() {
@@ -124,7 +124,7 @@ fn cli_output_with_a_name_that_is_too_long_is_refused_at_once() {
             folder.refused(&format!("{command} -o {}", named(length)), "too long & -o");
         }
     }
-    // So is a folder that is gone.
+    // The same for a folder that no longer exists.
     for command in [
         "sweep critical-curve",
         "continue",
@@ -143,7 +143,7 @@ fn cli_output_with_a_name_that_is_too_long_is_refused_at_once() {
     folder.ok_short(&["-q", "-o", &named(240)]);
 }
 
-/// Two runs at once into one file: the second is refused, the first is whole.
+/// Of two simultaneous runs into one file, the second is refused and the first is complete.
 #[cfg(unix)]
 #[test]
 fn cli_output_of_two_runs_at_once() {
@@ -153,12 +153,11 @@ fn cli_output_of_two_runs_at_once() {
     folder.refused_short("-o x.h5", &["another run is writing this file"]);
     first.kill().unwrap();
     first.wait().unwrap();
-    // The killed run's lock is gone with it.
+    // The lock of the killed run has been released.
     folder.ok_short("-q -o x.h5");
     assert_eq!(folder.names(), ["x.h5"]);
 }
 
-/// A pipe belongs to whoever reads it: no command puts a file in its place.
 #[cfg(unix)]
 #[test]
 fn cli_output_replaces_no_pipe() {
@@ -181,7 +180,7 @@ fn cli_output_replaces_no_pipe() {
     }
 }
 
-/// A folder that is there and takes no file.
+/// A folder that exists but accepts no file.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_output_that_cannot_be_created_names_a_remedy() {
@@ -197,13 +196,13 @@ fn cli_output_that_cannot_be_created_names_a_remedy() {
     }
 }
 
-/// Under a limit on the size of files, which stands for a full disk: an error, and what was saved is readable.
+/// A limit on file sizes, which stands for a full disk, gives an error, and the saved part is readable.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_output_to_a_full_disk_is_an_error() {
     let folder = Folder::new();
     let program = env!("CARGO_BIN_EXE_stickslip");
-    // In units of 1024 bytes, by bash.
+    // The units are 1024 bytes, as in bash.
     for kilobytes in [64, 900] {
         let script = format!("ulimit -f {kilobytes}; trap '' XFSZ; exec {program} run --json");
         let (stdout, stderr) = output(
@@ -216,24 +215,24 @@ fn cli_output_to_a_full_disk_is_an_error() {
         says(&stderr, &["paper.partial.h5: ", "choose another folder"]);
         assert!(!folder.path("paper.h5").exists());
         if kilobytes == 64 {
-            // The run has not begun: there is the error alone.
+            // The run has not begun, so that there is only the error.
             assert_eq!(json(&stdout)["error"]["exit_status"], 1);
         } else {
             assert_eq!(json(&stdout)["status"], "failed");
             assert_eq!(folder.result("paper.partial.h5").status(), &Status::Interrupted);
         }
     }
-    // With space again, the run that failed is replaced.
+    // When there is space again, the failed run is replaced.
     folder.ok("run -q");
     assert_eq!(folder.names(), ["paper.h5"]);
 }
 
-/// A reader that goes away, as `| head` does, is no error and loses nothing.
+/// A reader that closes the pipe, as `| head` does, is no error and loses no result.
 #[test]
 fn cli_output_without_a_reader() {
     let folder = Folder::new();
     folder.ok_short("-q -o x.h5");
-    // Without the kick, which such a short run would not come to, and would warn of.
+    // Without the kick, which such a short run would not reach, and would warn about.
     let short = |name| ["run", "-o", name, SHORT[0], SHORT[1], "--set", "perturbation=[]"];
     for arguments in [
         &["case", "paper"][..],
@@ -251,7 +250,7 @@ fn cli_output_without_a_reader() {
     assert_eq!(folder.result("z.h5").status(), &Status::Complete);
 }
 
-/// A standard output that cannot be written is an error, though the result is there.
+/// A standard output that cannot be written is an error, although the result exists.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_output_to_a_full_device() {
@@ -270,7 +269,7 @@ fn cli_output_to_a_full_device() {
     assert_eq!(folder.result("paper.h5").status(), &Status::Complete);
 }
 
-/// Tables in a terminal that does not know its width, or has no room for a word.
+/// Tables in a terminal that does not know its width, or that has no room for a word.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_output_in_a_terminal_without_columns_is_in_lines() {

@@ -1,9 +1,8 @@
-//! `stickslip plot --html` as a user starts it: what it writes, what it says, and what it leaves alone.
+//! `stickslip plot --html` from the user's side: the page, the messages, and files that are not replaced.
 
 use crate::common::cli::{Folder, output, refusal};
 use crate::common::unlocked;
 
-/// A folder with a short result, paper.h5.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.ok_short("-q");
@@ -25,7 +24,6 @@ fn cli_page_is_named_on_standard_output() {
     assert_eq!(document["page"]["bytes"], bytes);
 }
 
-/// The same file gives the same page.
 #[test]
 fn cli_pages_are_reproducible() {
     let folder = folder();
@@ -53,9 +51,9 @@ fn cli_only_an_own_page_is_replaced() {
             .unwrap()
             .contains("content=\"stickslip")
     );
-    // From now on it is the program's own.
+    // From now on the page is the program's own.
     folder.ok("plot paper.h5 --html mine.html");
-    // A result is no page, even if it is the program's own.
+    // A result is no page, even if the program has written it.
     std::fs::copy(folder.path("paper.h5"), folder.path("other.h5")).unwrap();
     refusal(&mut folder.stickslip("plot paper.h5 --html other.h5"));
     assert_eq!(folder.names(), ["mine.html", "other.h5", "paper.h5"]);
@@ -115,7 +113,7 @@ fn cli_a_page_of_something_else_is_refused() {
     ] {
         folder.refused(&["plot", input, "--html", "report.html"], &[words]);
     }
-    // A result whose trajectory somebody has taken out.
+    // A result whose trajectory has been removed.
     let file = unlocked::open_rw(folder.path("paper.h5")).unwrap();
     file.unlink("trajectory").unwrap();
     drop(file);

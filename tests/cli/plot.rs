@@ -10,14 +10,13 @@ use std::time::Instant;
 use stickslip::Run;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status};
 
-/// A folder with the paper's run.
 fn with_run() -> Folder {
     let folder = Folder::new();
     folder.ok("run -q");
     folder
 }
 
-/// Least and largest x and y of the polylines of an SVG figure in drawing units.
+/// Points of the polylines in an SVG figure, in drawing units.
 fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
     let lines = svg.split("<polyline").skip(1);
     lines
@@ -38,14 +37,14 @@ fn png_size(bytes: &[u8]) -> (u32, u32) {
     (number(16), number(20))
 }
 
-/// Every figure that the run has, in both formats, under the name that --list gives it; the others with the reason. A
-/// second time they are replaced without a question, and are the same to the last byte.
+/// Every figure that the run has is drawn in both formats, under the name in --list. The others have a reason. A
+/// second command replaces the figures without a question, and they are the same to the last byte.
 #[test]
 fn cli_plot_draws_the_catalogue_twice_alike() {
     let folder = with_run();
     let started = Instant::now();
     let (stdout, stderr) = output(&mut folder.stickslip("plot paper.h5 --json"), 0);
-    // Twenty figures in two formats in less than two seconds on an idle machine; tests share theirs.
+    // On an idle machine twenty figures in two formats take less than two seconds. Tests share their machine.
     assert!(started.elapsed().as_secs_f64() < 20.0, "{:?}", started.elapsed());
     assert_eq!(stderr, "");
     let document = json(&stdout);
@@ -54,7 +53,7 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
         document["files"].as_array().unwrap(),
         document["not_drawn"].as_array().unwrap(),
     );
-    // Those of other kinds of files are listed, too.
+    // Figures of other kinds of files are listed, too.
     let of_runs = listed.as_array().unwrap().iter().filter(|entry| entry["of"] == "run");
     assert_eq!(files.len() / 2 + absent.len(), of_runs.count());
     assert!(files.len() >= 30, "{document}");
@@ -82,7 +81,6 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
     }
 }
 
-/// What sampling lacks is named, and the run that is recommended has it all.
 #[test]
 fn cli_plot_says_which_samples_are_missing() {
     let folder = Folder::new();
@@ -97,7 +95,7 @@ fn cli_plot_says_which_samples_are_missing() {
     folder.refused("plot paper.h5 --only phase-axial", &["too far apart", "output.window="]);
 }
 
-/// The drawn line of a channel covers the height from its least to its largest value, which are those of the file.
+/// The drawn line of a channel covers the height from its least to its largest value in the file.
 #[test]
 fn cli_plot_of_a_channel_draws_all_of_it() {
     let folder = with_run();
@@ -114,7 +112,7 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
     folder.ok(&[&arguments[..], &["-o", "own.svg"]].concat());
     let text = std::fs::read_to_string(folder.path("own.svg")).unwrap();
     let line = polylines(&text).into_iter().max_by_key(Vec::len).unwrap();
-    // 8001 samples come to at most four points in each of the 1200 buckets.
+    // 8001 samples are reduced to at most four points in each of the 1200 buckets.
     assert!(line.len() > 1200 && line.len() <= 4800, "{}", line.len());
     assert!(line.windows(2).all(|p| p[0].0 <= p[1].0));
     let file = folder.result("paper.h5");
@@ -132,7 +130,8 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
     let bounds = |v: &mut dyn Iterator<Item = f64>| v.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
     let (low, high) = bounds(&mut inside.iter().copied());
     let (top, bottom) = bounds(&mut line.iter().map(|p| p.1));
-    // y falls as the value rises: first and last sample stand where the range says, to the rounding of the drawing.
+    // y falls as the value rises. First and last sample are at the places that follow from the range, up to the
+    // rounding of the drawing.
     let place = |value: f64| bottom - (value - low) / (high - low) * (bottom - top);
     assert!((line[0].1 - place(inside[0])).abs() <= 1.5, "{:?}", line[0]);
     assert!((line[line.len() - 1].1 - place(inside[inside.len() - 1])).abs() <= 1.5);
@@ -164,8 +163,8 @@ fn cli_plot_of_ones_own_in_every_form() {
     }
 }
 
-/// All figures of two runs, whatever the renderer meets in them: nothing is said, and what is found of one run alone
-/// stands in no title.
+/// All figures of two runs are drawn without a message, whatever they contain. No title has findings about a single
+/// run.
 #[test]
 fn cli_plot_of_two_runs_is_silent() {
     let folder = with_run();
@@ -179,12 +178,12 @@ fn cli_plot_of_two_runs_is_silent() {
         .iter()
         .map(|f| f["title"].as_str().unwrap());
     assert!(titles.all(|title| !title.contains("verges")), "{document}");
-    // Straight pieces of no length.
+    // Straight pieces without length.
     let constant = ["plot", "paper.h5", "--channel", "mode", "--x", "time", "-o", "mode.png"];
     assert_eq!(output(&mut folder.stickslip(&constant), 0).1, "");
 }
 
-/// Only what the program drew itself is replaced, and an input never.
+/// The program replaces only its own figures, and never an input.
 #[test]
 fn cli_plot_spares_other_files() {
     let folder = with_run();
@@ -194,7 +193,7 @@ fn cli_plot_spares_other_files() {
         folder.refused(&arguments, &[name, "--force"]);
         assert_eq!(folder.read(name), b"<svg>drawn by hand</svg>");
         folder.ok(&[&arguments[..], &["--force"]].concat());
-        // By now it is one of its own.
+        // Now it is one of the program's own.
         folder.ok(&arguments);
     }
     std::fs::rename(folder.path("paper.h5"), folder.path("run.svg")).unwrap();
@@ -205,8 +204,8 @@ fn cli_plot_spares_other_files() {
     folder.result("run.svg");
 }
 
-/// The figures of two files have the same names. Those of the second do not replace those of the first; each says whose
-/// it is.
+/// The figures of two files have the same names. Those of the second do not replace those of the first. Each names
+/// its files.
 #[test]
 fn cli_plot_spares_the_figures_of_another_file() {
     let folder = Folder::new();
@@ -223,7 +222,7 @@ fn cli_plot_spares_the_figures_of_another_file() {
         folder.refused(&named(&["b.h5"], &[]), &[name.as_str(), "a b.h5", "-o", "--force"]);
         folder.refused(&named(&["a b.h5", "b.h5"], &[]), "a b.h5");
         assert_eq!(folder.read(&name), first);
-        // The same file again, by the same name; another folder; by force.
+        // The same file by another form of its name, another folder, and force.
         folder.ok(&named(&["./a b.h5"], &[]));
         folder.ok(&named(&["b.h5"], &["-o", "other"]));
         folder.ok(&named(&["b.h5"], &["--force"]));
@@ -236,7 +235,7 @@ fn cli_plot_refuses_with_the_remedy() {
     let folder = with_run();
     folder.write("text.h5", "no HDF5");
     {
-        // A handle holds the file open.
+        // The block ends the handle, which holds the file open.
         let sweep = unlocked::create(folder.path("sweep.h5")).unwrap();
         let format: hdf5::types::VarLenUnicode = "stickslip-study".parse().unwrap();
         let attribute = sweep.new_attr::<hdf5::types::VarLenUnicode>().create("format").unwrap();
@@ -277,7 +276,6 @@ fn cli_plot_refuses_with_the_remedy() {
     folder.refused("plot", "<FILE>");
 }
 
-/// A header as that of a run of the paper's brake.
 fn header() -> Header {
     let case = built_in("paper", &[]);
     Header {
@@ -286,7 +284,7 @@ fn header() -> Header {
     }
 }
 
-/// Writes what a run of the paper's brake had come to when it was interrupted at `stop` (s).
+/// Writes the state of a run of the paper's brake that was interrupted at `stop` (s).
 fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
     let case = built_in("paper", &[]);
     let mut writer = ResultWriter::create(path, Overwrite::OwnResults, &[], &header()).unwrap();
@@ -306,7 +304,8 @@ fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
         .unwrap()
 }
 
-/// What is there is drawn, and it is said how far that goes: cut within the stick-slip, and before it.
+/// The existing part is drawn, and a message says how far the run goes. The runs end in the stick-slip, and before
+/// it.
 #[test]
 fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
     let folder = Folder::new();
@@ -326,7 +325,7 @@ fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
     }
 }
 
-/// A run that fails leaves its partial file; a file without a sample has nothing to draw.
+/// A failed run leaves its partial file. A file without samples has nothing to draw.
 #[test]
 fn cli_plot_of_failed_and_empty_runs() {
     let folder = Folder::new();

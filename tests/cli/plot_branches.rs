@@ -1,4 +1,4 @@
-//! `stickslip plot` of the file of a continuation: the diagrams and the page have what the file has.
+//! `stickslip plot` with the file of a continuation: the diagrams and the page contain what the file contains.
 
 use crate::common::cli::{Folder, json, says};
 use crate::common::page::{codes, document, doubles};
@@ -8,14 +8,13 @@ use stickslip::cycle::CycleStability;
 use stickslip::plot::branches::{Branches, quantity};
 use stickslip::plot::figure::{Curve, CurveStyle, Figure};
 
-/// The belt speed at which steady sliding of belt-exponential has no damping: ln(10)/5 m/s.
+/// Belt speed at which steady sliding of belt-exponential has no damping: ln(10)/5 m/s.
 const HOPF: f64 = 0.460_517_018_598_809_1;
 
-/// Few points, in a second or so.
+/// A study with few points, which takes about a second.
 pub const STUDY: &str = "title = \"Branches of a belt\"\ncase = \"belt-exponential\"\n[[axis]]\nkey = \"rotor.speed\"\n\
                          from = 0.25\nto = 0.6\n[branch]\nof = [\"steady\", \"cycle\"]\npoints = 20\nstep = 0.1\nfollow = []\n";
 
-/// A folder with `belt.h5`.
 pub fn with_branches() -> Folder {
     let folder = Folder::new();
     folder.write("belt.toml", STUDY);
@@ -33,8 +32,8 @@ fn curves(figure: &Figure) -> &[Curve] {
     &figure.panels[0].curves
 }
 
-/// Every pair of neighbouring points of the file is in one line, of the kind of motion and the stability that it has, and nothing
-/// else is drawn.
+/// Every pair of neighbouring points in the file belongs to one line, with its kind of motion and its stability.
+/// Nothing else is drawn.
 #[test]
 fn cli_a_diagram_has_the_branches_of_the_file() {
     let folder = with_branches();
@@ -79,7 +78,7 @@ fn cli_a_diagram_has_the_branches_of_the_file() {
     }
 }
 
-/// Steady sliding is unstable below the Hopf point and stable above it: both lines end there, and its mark stands there.
+/// Steady sliding is unstable below the Hopf point and stable above it. Both lines end there, at its mark.
 #[test]
 fn analytic_lines_are_broken_at_the_hopf_point() {
     let folder = with_branches();
@@ -100,7 +99,8 @@ fn analytic_lines_are_broken_at_the_hopf_point() {
     says(&svg, "Hopf & steady sliding, unstable & cycles, stable & rotor speed");
 }
 
-/// A line for each quantity that the points have; unknown names say what there is, and options of sweeps are refused.
+/// There is a line for each quantity of the points. For unknown names the known ones are listed; options of sweeps
+/// are refused.
 #[test]
 fn cli_a_diagram_is_chosen_by_its_quantity() {
     let folder = with_branches();
@@ -124,8 +124,8 @@ fn cli_a_diagram_is_chosen_by_its_quantity() {
     folder.refused("plot belt.h5 --channel theta", "no channels");
 }
 
-/// The growth rate of steady sliding is half of what its damping lacks, (alpha (mu_s - mu_d) F_n exp(-alpha v) - c)/2 over the mass
-/// of 1 kg.
+/// The growth rate of steady sliding is half of the missing damping divided by the mass of 1 kg: (alpha (mu_s - mu_d)
+/// F_n exp(-alpha v) - c)/2.
 #[test]
 fn analytic_growth_rates_are_those_of_the_mass() {
     let folder = with_branches();
@@ -140,7 +140,7 @@ fn analytic_growth_rates_are_those_of_the_mass() {
     assert!(count > 5, "{count}");
 }
 
-/// In the plane of belt speed and damping steady sliding loses its stability on the line v = ln(10/c)/5.
+/// In the plane of belt speed and damping, steady sliding loses its stability on the line v = ln(10/c)/5.
 #[test]
 fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
     let folder = Folder::new();
@@ -174,7 +174,7 @@ fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
     says(&svg, "stator damping & N s/m");
 }
 
-/// The page has every point, and the command of a click computes it.
+/// The page contains every point, and the command of a clicked point computes it.
 #[test]
 fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let folder = with_branches();
@@ -243,7 +243,7 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let speed = values[0];
     let said = folder.json(&format!("{modes} --set rotor.speed={speed:?}"));
     assert_eq!(said["title"], "Damped mass on a belt, exponential friction");
-    // Earlier pages are replaced, other files are not; one quantity alone is the first that is shown.
+    // Earlier pages are replaced, other files are not. A single requested quantity is shown first.
     folder.ok("plot belt.h5 --html belt.html --quantity period");
     folder.write("mine.html", "mine");
     folder.refused("plot belt.h5 --html mine.html", "--force");

@@ -1,4 +1,4 @@
-//! `stickslip plot` of runs of two trains.
+//! `stickslip plot` with runs of two trains.
 
 use crate::common::cli::{Folder, json, output, says};
 
@@ -8,7 +8,7 @@ fn svg(folder: &Folder, arguments: &[&str]) -> String {
     std::fs::read_to_string(folder.path("figure.svg")).unwrap()
 }
 
-/// What a run of trains has is what --list says of it, and all of it is drawn.
+/// The figures in --list are those that the run has, and all of them can be drawn.
 #[test]
 fn cli_plot_of_trains_draws_its_figures() {
     let folder = Folder::new();
@@ -46,14 +46,14 @@ fn cli_plot_of_trains_draws_its_figures() {
     for file in files {
         let text = std::fs::read_to_string(folder.path(file["file"].as_str().unwrap())).unwrap();
         let name = file["figure"].as_str().unwrap();
-        // The names of figures are those of every run.
+        // Names of figures are the same for every run.
         let words = text.replace(name, "").to_lowercase();
         assert!(!words.contains("rad") && !words.contains("torque"), "{name}");
         assert!(text.contains("m/s") || name == "durations", "{name}");
     }
     let law = svg(&folder, &["belt-leine.h5", "--only", "friction-law"]);
     assert!(!law.contains("paper"), "{law}");
-    // The period is known, and the portrait is of the last one.
+    // The period is known, so that the portrait shows the last one.
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
     assert!(portrait.contains("last period"), "{portrait}");
     assert!(portrait.contains("stator surface position"), "{portrait}");
@@ -75,14 +75,14 @@ fn cli_plot_of_trains_draws_any_channel() {
         ],
     );
     assert!(speeds.contains("rad/s") && speeds.contains("rotor speed 1"), "{speeds}");
-    // What both have in common stands at the axis.
+    // The common words of both channels are the name of the axis.
     assert!(speeds.contains("rotor speed ("), "{speeds}");
     let phase = svg(
         &folder,
         &["drill-string.h5", "--phase", "rotor_twist_0", "rotor_speed_0"],
     );
     assert!(phase.contains("rotor twist 0") && phase.contains("(rad)"), "{phase}");
-    // Ten seconds are no two cycles: the portrait is of the whole run.
+    // Ten seconds are fewer than two cycles, so that the portrait shows the whole run.
     let portrait = svg(&folder, &["drill-string.h5", "--only", "phase-portrait"]);
     assert!(!portrait.contains("last period"), "{portrait}");
     folder.refused(
@@ -91,7 +91,7 @@ fn cli_plot_of_trains_draws_any_channel() {
     );
 }
 
-/// What trains do not have is refused by name with the reason; and runs without axes in common.
+/// Figures that the run cannot have are refused by name, with the reason. Runs without common axes are refused, too.
 #[test]
 fn cli_plot_of_trains_says_what_it_has_not() {
     let folder = Folder::new();
@@ -115,12 +115,12 @@ fn cli_plot_of_trains_says_what_it_has_not() {
     folder.refused("plot paper.h5 --only phase-portrait", &["slows down by itself"]);
     let both = |first| ["plot", first, "clutch.h5", "--channel", "relative_velocity"];
     folder.refused(&both("belt-coulomb.h5"), &["no axes in common"]);
-    // How a case was written is no reason.
+    // The form of a case is no reason for a refusal.
     let drawn = [&both("paper.h5")[..], &["-q", "-o", "both.svg"]].concat();
     folder.ok(&drawn);
 }
 
-/// The page is made by the same command as a brake's, in the units of its motion, with its certificate.
+/// The page is made with the same command as for a brake, in the units of its motion, with its certificate.
 #[test]
 fn cli_plot_of_trains_makes_a_page() {
     let folder = Folder::new();
@@ -136,14 +136,14 @@ fn cli_plot_of_trains_makes_a_page() {
     assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");
 }
 
-/// What the sampling misses is said: slips that have no sample, and a period that has a few.
+/// The message names what the samples miss: slips without a sample, and a period with few samples.
 #[test]
 fn cli_plot_of_trains_says_what_the_samples_miss() {
     let folder = Folder::new();
     folder.ok("run belt-leine -q");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     assert!(!speed.contains("straight lines"), "{speed}");
-    // A slip takes 4.3 s: seven of eight have no sample.
+    // A slip takes 4.3 s, so that seven of eight have no sample.
     let sparse = |interval: &str| {
         let interval = format!("output.interval={interval}");
         let far = [
@@ -158,7 +158,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
         ];
         folder.ok(&far);
     };
-    // Two samples in a slip are too few, too: its motion has a period of 6.3 s. A stick is a straight line.
+    // Two samples in a slip are also too few, because its motion has a period of 6.3 s. A stick is a straight line.
     sparse("2");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     says(&speed, &["8 of 8", "\ntoo few samples\n"]);
@@ -167,7 +167,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     assert!(speed.contains("two events with too few samples"), "{speed}");
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
     assert!(portrait.contains("joined by straight lines"), "{portrait}");
-    // A corner is of a signal, whatever that drives.
+    // A corner belongs to a signal, whatever the signal drives.
     folder.ok("run clutch -q");
     let speed = svg(&folder, &["clutch.h5", "--only", "relative-velocity"]);
     assert!(
@@ -176,11 +176,11 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     );
 }
 
-/// Curves go through the states at events, and not past them: at a restick from one sample in slip to one in stick.
+/// Curves pass through the states at events: here at a restick between a sample in slip and one in stick.
 #[test]
 fn cli_plot_of_trains_goes_through_events() {
     let folder = Folder::new();
-    // Published: belt-leine sticks first at 9.295999525480 s, which is no sample.
+    // Published: belt-leine first sticks at 9.295999525480 s, which is no sample.
     folder.ok("run belt-leine -q --set output.interval=1 --set output.around=none");
     let window = ["--from", "8.5", "--to", "10.5"];
     let draw = |channel: &str| {
@@ -196,12 +196,12 @@ fn cli_plot_of_trains_goes_through_events() {
             .map(|rest| rest.split('"').next().unwrap());
         lines.map(|line| line.split_whitespace().count()).max().unwrap()
     };
-    // Samples at 9 and 10 s; and the restick, twice at the same place.
+    // Samples at 9 and 10 s, and the restick, twice at the same place.
     let (through, past) = (points(&draw("relative_velocity")), points(&draw("dissipated_friction")));
     assert!(through > past, "{through} points, {past} without the event");
 }
 
-/// Where equations come from is said of trains as well, and is not the paper of the brake.
+/// The source of the equations is named for these systems, too. It is not the paper on the brake.
 #[test]
 fn cli_results_of_trains_cite_their_own_source() {
     let folder = Folder::new();
@@ -210,17 +210,16 @@ fn cli_results_of_trains_cite_their_own_source() {
     assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
 }
 
-/// The first event that is wrong is enlarged, and not the one with the largest error.
 #[test]
 fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
     let folder = Folder::new();
     folder.ok("run belt-leine -q");
-    // A belt with a stiffer spring: a cycle is shorter by some hundredth of a second, and the errors of eight cycles add up.
+    // With a stiffer spring a cycle is shorter by some hundredths of a second, and the errors of eight cycles add up.
     folder.ok("run belt-leine -q -o mine.h5 --set stator.stiffness=1.003");
     let compared = &folder.json("compare belt-leine.h5 mine.h5")["comparisons"][0];
     let events = compared["event_errors"]["events"].as_array().unwrap();
     let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
-    // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale that the comparison has.
+    // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale of the comparison.
     let scale = compared["time_scale"]["period"].as_f64().unwrap();
     let wrong = events.iter().find(|event| error(event) > 0.01 * scale).unwrap();
     assert!(wrong["position"] != events.last().unwrap()["position"] && error(wrong) < error(events.last().unwrap()));

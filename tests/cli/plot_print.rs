@@ -1,4 +1,4 @@
-//! Figures ready for print, exact at events, and of a candidate beside its reference.
+//! Figures for print, curves that are exact at events, and figures of a candidate with its reference.
 
 use crate::common::cli::{Folder, refusal, says};
 use crate::common::compare::{csv, paper, rows_of};
@@ -16,7 +16,6 @@ fn text_of(folder: &Folder, name: &str) -> String {
     String::from_utf8_lossy(&folder.read(name)).into_owned()
 }
 
-/// The size of a page in points.
 fn size(text: &str, key: &str) -> (f64, f64) {
     let numbers = text.split_once(key).unwrap().1.trim_start_matches([' ', '[']);
     let numbers: Vec<f64> = numbers
@@ -28,7 +27,7 @@ fn size(text: &str, key: &str) -> (f64, f64) {
     (numbers[2], numbers[3])
 }
 
-/// 84 mm are 238.11 points in each format; the letters are outlines, and the second drawing is the first to the last byte.
+/// 84 mm are 238.11 points in each format. Letters are outlines, and a second drawing has the same bytes.
 #[test]
 fn cli_plot_for_print_has_the_size_that_is_asked_for() {
     let folder = with_run();
@@ -55,7 +54,7 @@ fn cli_plot_for_print_has_the_size_that_is_asked_for() {
     assert!((width - 84.0 / 25.4 * 72.0).abs() < 0.05, "{width}");
     assert!(svg.contains("width=\"84mm\""), "{svg}");
     assert!(pdf.starts_with("%PDF-1.4") && !pdf.contains("/Font"));
-    // The title is in the document's description alone; with it the figure is higher.
+    // The title is only in the document's description. With a drawn title the figure is higher.
     assert_eq!(svg.matches("First sticks: relative velocity").count(), 1);
     draw("b.pdf", &[]);
     assert!(size(&text_of(&folder, "b.pdf"), "/MediaBox").1 > height + 5.0);
@@ -63,7 +62,7 @@ fn cli_plot_for_print_has_the_size_that_is_asked_for() {
     folder.refused("plot paper.h5 --only 4 -o mine.pdf", &["--force"]);
 }
 
-/// What Ghostscript, where there is one, finds on the page is inside of it, and fills it.
+/// If Ghostscript is installed, it must find everything inside the page, and the page filled.
 #[test]
 fn cli_plot_for_print_is_read_by_another_program() {
     let folder = with_run();
@@ -79,7 +78,7 @@ fn cli_plot_for_print_is_read_by_another_program() {
     assert!(found.status.success(), "{found:?}");
     let ink = size(&String::from_utf8_lossy(&found.stderr), "%%HiResBoundingBox: ");
     let (width, height) = size(&text_of(&folder, "a.pdf"), "/MediaBox");
-    // White ground and margins are no ink.
+    // White background and margins are no ink.
     assert!(
         ink.0 > 0.9 * width && ink.0 <= width && ink.1 > 0.9 * height && ink.1 <= height,
         "{ink:?}"
@@ -98,11 +97,11 @@ fn cli_plot_refuses_sizes_without_room() {
         let refused = refusal(&mut folder.stickslip(&[&["plot", "paper.h5"], arguments].concat()));
         says(&refused, words);
     }
-    // A smaller letter needs less.
+    // Smaller letters need less width.
     folder.ok("plot paper.h5 --only 4 --width 2in --font-size 5pt -o a.svg");
 }
 
-/// Symbols and powers are set, names are not; the paper's numbers stand on figures of its own case alone.
+/// Symbols and powers are typeset, names are not. Only figures of the paper's own case have the paper's numbers.
 #[test]
 fn cli_plot_sets_symbols_and_knows_the_papers_case() {
     let folder = with_run();
@@ -116,8 +115,8 @@ fn cli_plot_sets_symbols_and_knows_the_papers_case() {
     }
 }
 
-/// In a file without dense samples: the torque of the interface reaches mu_0 r F_n at every breakaway, as the file has it
-/// in internal_force, and its jumps are upright.
+/// In a file without dense samples the torque of the interface reaches mu_0 r F_n at every breakaway, as in the
+/// file's internal_force, and its jumps are vertical.
 #[test]
 fn property_curves_go_through_the_states_at_events() {
     let folder = Folder::new();
@@ -146,7 +145,7 @@ fn property_curves_go_through_the_states_at_events() {
             .collect();
         if event.kind == EventKind::Slip {
             let peak = event.internal_force * radius;
-            // Two sums of the same terms, and the friction of the next state, which moves at 1e-9 rad/s at most.
+            // Both are sums of the same terms. The friction belongs to the next state, at 1e-9 rad/s at most.
             assert!(
                 here.iter().any(|torque| (torque / peak - 1.0).abs() < 1e-7),
                 "{peak} {here:?}"
@@ -158,7 +157,7 @@ fn property_curves_go_through_the_states_at_events() {
         }
     }
     assert_eq!((slips, upright), (47, 48));
-    // What lies between two of them is not shown for what it is.
+    // The curve between two sparse samples is marked.
     let arguments = [
         "plot",
         "sparse.h5",
@@ -181,11 +180,11 @@ fn property_curves_go_through_the_states_at_events() {
     assert!(!text_of(&folder, "a.svg").contains("too few samples"));
 }
 
-/// A candidate that misses a stick: the figures of the report and of `plot --candidate` are the same, and show the place.
+/// The candidate misses a stick. The figures of the report and of `plot --candidate` agree, and show the place.
 #[test]
 fn cli_a_comparison_is_something_to_look_at() {
     let folder = with_run();
-    // Late by a microsecond from the start.
+    // The candidate is late by a microsecond from the start.
     let rows = rows_of(paper(), 6.966)
         .into_iter()
         .map(|(t, row)| (t + 1e-6, row))
@@ -210,7 +209,7 @@ fn cli_a_comparison_is_something_to_look_at() {
             .all(|name| report.contains(name.as_str())),
         "{report}"
     );
-    // Over its own, and not over another's.
+    // Its own figures are replaced, those of another comparison are not.
     folder.ok("compare paper.h5 mine.csv -q --quick --report a.md");
     let listed = folder.ok("plot paper.h5 --candidate mine.csv --format svg -o drawn");
     assert_eq!(listed.lines().count(), 4, "{listed}");

@@ -1,4 +1,4 @@
-//! `stickslip plot` of files that hold many runs, and of certified ones: what is drawn is what the file says.
+//! `stickslip plot` with files of many runs, and with certified files: the drawings show the values of the file.
 
 use crate::common::cli::{Folder, json, refusal, says};
 use crate::common::page::{document, doubles};
@@ -10,7 +10,7 @@ use stickslip::plot::figure::{Cell, ColorKey};
 use stickslip::plot::studies::{self, Choice, StudyData};
 use stickslip::results::{ResultFile, SweepFile};
 
-/// Sticks after a stop from a low speed, in milliseconds of computing; at the two lowest frictions no point is valid.
+/// Sticks after a stop from a low speed, which take milliseconds to compute. The two lowest frictions are invalid.
 const MAP: &str = r#"
 title = "a map"
 case = "base.toml"
@@ -23,7 +23,7 @@ axis = [
 ]
 "#;
 
-/// The base case, from a lower speed.
+/// Runs the study with the base case from a lower speed.
 fn with_map(folder: &Folder, study: &str) -> SweepFile {
     let case = folder.ok("case paper");
     let lines = case
@@ -35,10 +35,8 @@ fn with_map(folder: &Folder, study: &str) -> SweepFile {
     folder.sweep_file("map.h5")
 }
 
-/// x, y, width, height and fill of a rectangle.
 type Rectangle = (f64, f64, f64, f64, String);
 
-/// The rectangles of an SVG.
 fn rectangles(svg: &str) -> Vec<Rectangle> {
     let rectangles = svg.split("<rect ").skip(1);
     rectangles
@@ -67,13 +65,13 @@ fn hex(RGBColor(r, g, b): RGBColor) -> String {
     format!("#{r:02X}{g:02X}{b:02X}")
 }
 
-/// The cells of the figure have the values of the file, and the drawn rectangles the colours of these values: the middle of
-/// each cell is looked up in the picture.
+/// The cells of the figure have the values of the file, and the drawn rectangles have the colours of these values.
+/// The colour is looked up at the middle of each cell.
 #[test]
 fn cli_a_map_has_the_values_of_the_file() {
     let folder = Folder::new();
     let file = with_map(&folder, MAP);
-    // Of each run the first stick has a time of its own, and many runs have equally many sticks.
+    // The first stick has a different time in each run, while many runs have equally many sticks.
     let [default] = &studies::figures(&file, &Choice::default()).unwrap()[..] else {
         panic!("one figure");
     };
@@ -106,7 +104,7 @@ fn cli_a_map_has_the_values_of_the_file() {
     assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
     assert_eq!(frictions, [0.6, 0.45, 0.5]);
     assert_eq!((map.x_edges.len(), map.y_edges.len()), (8, 4));
-    // Rows in the order of their values, whatever that of the file.
+    // The rows are in the order of their values, whatever their order in the file.
     for (row, level) in [(0, 1), (1, 2), (2, 0)] {
         for column in 0..7 {
             assert_eq!(
@@ -116,7 +114,7 @@ fn cli_a_map_has_the_values_of_the_file() {
             );
         }
     }
-    // The edges are in the middle of the levels, of the logarithms where these are even.
+    // The edges are midway between the levels, or between their logarithms if these are evenly spaced.
     let decay = file.numbers("friction_decay").unwrap();
     assert!((map.x_edges[1] - (decay[0] * decay[1]).sqrt()).abs() < 1e-9);
     assert!((map.y_edges[1] - 0.475).abs() < 1e-12);
@@ -126,7 +124,7 @@ fn cli_a_map_has_the_values_of_the_file() {
     let (low, high) = axis.range.unwrap();
     let least = counts.iter().copied().fold(f64::INFINITY, f64::min);
     assert_eq!((low, high), (least, counts.iter().copied().fold(0.0, f64::max)));
-    // The picture. The bar of the colours is 256 steps wide, and none of the map is as low.
+    // The picture. The colour bar has 256 steps, all of which are lower than the map.
     let svg = std::fs::read_to_string(folder.path("map.svg")).unwrap();
     let all = rectangles(&svg);
     let bar = all.iter().filter(|r| r.3 < 250.0 && r.3 > 150.0).count();
@@ -152,7 +150,7 @@ fn cli_a_map_has_the_values_of_the_file() {
             let (low_edge, high_edge) = (map.y_edges[0], map.y_edges[3]);
             let y = bottom - (0.5 * (from + to) - low_edge) / (high_edge - low_edge) * (bottom - top);
             let inside = |r: &&&Rectangle| r.0 <= x && x <= r.0 + r.2 && r.1 <= y && y <= r.1 + r.3;
-            // What is drawn last is seen.
+            // The rectangle that is drawn last is visible.
             let drawn = &cells.iter().rfind(inside).unwrap().4;
             let Cell::Value(value) = map.cells[7 * row + column] else {
                 panic!("no value")
@@ -163,11 +161,11 @@ fn cli_a_map_has_the_values_of_the_file() {
     }
 }
 
-/// Points that failed are crossed out, and those without a value grey; the legend says so, and neither depends on colour.
+/// Failed points are crossed out, and points without a value are grey. The legend says so; neither depends on colour.
 #[test]
 fn cli_a_map_shows_what_has_no_value() {
     let folder = Folder::new();
-    // Below the high-speed coefficient with a breakaway below it, no case is valid; where nothing sticks twice there is no period.
+    // Cases with a breakaway below the high-speed coefficient are invalid. Without a second stick there is no period.
     let study = MAP.replace("[0.6, 0.45, 0.5]", "[0.6, 0.1, 0.31]");
     let file = with_map(
         &folder,
@@ -186,7 +184,7 @@ fn cli_a_map_shows_what_has_no_value() {
     assert!(crossed >= 2 * failed, "{crossed} lines for {failed} points");
 }
 
-/// The command that a point's click shows, put together as the page does, runs the point: same sticks, same times.
+/// The command for a clicked point, composed as on the page, runs the point: same sticks, same times.
 #[cfg(unix)]
 #[test]
 fn cli_the_command_of_a_point_runs_it() {
@@ -257,7 +255,7 @@ fn cli_the_command_of_a_point_runs_it() {
         let table = run.stick_slip().unwrap().unwrap();
         assert_eq!(table.value("stick_count"), Some(counts[point]), "{whole}");
         let onset = table.value("onset_time").unwrap_or(f64::NAN);
-        // Samples are steps' ends of no engine: the same steps, the same times.
+        // Samples are no ends of steps in any engine, so that the steps and therefore the times are the same.
         assert!(
             (onset - onsets[point]).abs() <= 1e-13 || onset.is_nan() && onsets[point].is_nan(),
             "{onset} {} by {whole}",
@@ -266,7 +264,8 @@ fn cli_the_command_of_a_point_runs_it() {
     }
 }
 
-/// Of more than two axes there is a panel for each value of the others, or these are held; unknown names say what there is.
+/// With more than two axes there is a panel for each value of the others, or the others are held. For unknown names
+/// the known ones are listed.
 #[test]
 fn cli_more_axes_are_panels_or_held() {
     let folder = Folder::new();
@@ -334,7 +333,7 @@ axis = [
 ]
 "#;
 
-/// Percentiles and bars are those of the column of the file, on the terminal, as JSON and at the end of the sweep.
+/// Percentiles and bars are those of the file's column: on the terminal, in JSON, and at the end of the sweep.
 #[test]
 fn cli_a_sample_has_its_distribution() {
     let folder = Folder::new();
@@ -359,7 +358,7 @@ fn cli_a_sample_has_its_distribution() {
         (&"onset_time".into(), &64.into(), &0.into())
     );
     let close = |value: &serde_json::Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 1e-14;
-    // Of 64 values the median is the middle of the two in the middle.
+    // The median of 64 values is the mean of the two in the middle.
     assert!(
         close(&own["percentiles"]["50"], 0.5 * (onsets[31] + onsets[32])),
         "{own}"
@@ -383,7 +382,7 @@ fn cli_a_sample_has_its_distribution() {
     }
 }
 
-/// The dots that are called inside are the runs whose held targets hold, and the optimum is the file's.
+/// The dots inside the region are the runs that meet the required targets, and the optimum is that of the file.
 #[test]
 fn cli_a_calibration_has_its_region() {
     let folder = Folder::new();
@@ -441,7 +440,7 @@ fn cli_a_calibration_has_its_region() {
     folder.ok("plot two.h5 --quantity natural_period -o runs");
 }
 
-/// The figure of the file is that of the study that has just run, to the last byte.
+/// The figure of the file equals that of the study which has just run, to the last byte.
 #[test]
 fn cli_a_work_precision_file_is_drawn_without_a_run() {
     let folder = Folder::new();
@@ -462,7 +461,7 @@ fn cli_a_work_precision_file_is_drawn_without_a_run() {
     folder.refused("plot small.h5 --html page.html", &["has no page"]);
 }
 
-/// Each event of a certified file stands at its uncertainty; a run without a certificate says how to get one.
+/// Each event of a certified file is drawn at its uncertainty. Without a certificate the message says how to get one.
 #[test]
 fn cli_a_certified_file_has_its_uncertainties() {
     let folder = Folder::new();
@@ -498,7 +497,6 @@ fn cli_a_certified_file_has_its_uncertainties() {
     );
 }
 
-/// A file of another kind, and a shard, say what can be drawn.
 #[test]
 fn cli_other_files_say_what_can_be_drawn() {
     let folder = Folder::new();
@@ -510,7 +508,6 @@ fn cli_other_files_say_what_can_be_drawn() {
     folder.refused("plot run.h5 --quantity stick_count", &["--quantity", "--channel"]);
 }
 
-/// The built-in studies are listed with the command that takes them, and each can be printed.
 #[test]
 fn cli_case_lists_studies_and_prints_them() {
     let folder = Folder::new();
@@ -533,7 +530,6 @@ fn cli_case_lists_studies_and_prints_them() {
     }
 }
 
-/// Without --quantity a figure is of what the study asks for.
 #[test]
 fn cli_the_default_quantity_is_what_the_study_asks_for() {
     let folder = Folder::new();

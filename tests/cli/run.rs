@@ -1,4 +1,4 @@
-//! `stickslip run` as its user sees it: what it computes, prints and leaves behind.
+//! `stickslip run` from the user's side: results, messages and files.
 
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::rows;
@@ -7,14 +7,14 @@ use predicates::prelude::*;
 use stickslip::record::{Event, EventKind};
 use stickslip::results::Status;
 
-/// Without arguments it is the paper's brake, into paper.h5.
+/// Without arguments the case is the paper's brake, and the file paper.h5.
 #[test]
 fn cli_run_without_a_case_is_the_paper_case() {
     let folder = Folder::new();
     let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
     assert_eq!(folder.names(), ["paper.h5"]);
     assert_eq!(stderr, "");
-    // Beside the paper's numbers, and with the name of the file at the end.
+    // The paper's values are next to the results, and the name of the file is at the end.
     says(
         &stdout,
         "100 (48 sticks, 47 slips, & 1 kick, 1 corner, & 3 changes of stability) & 6.975001 & 6.989377 &
@@ -73,7 +73,7 @@ fn cli_run_sets_keys_of_the_case() {
     let file = folder.result("more.h5");
     assert!(file.resolved().unwrap().contains("90"), "{}", file.resolved().unwrap());
     assert!(file.case_text().unwrap().contains("\"80 N m\""));
-    // omega_r = 200 + 450 t - 850 t^2 to 0.5 s, where it is 212.5, and from then on it falls by 400 rad/s in a second.
+    // omega_r = 200 + 450 t - 850 t^2 until 0.5 s, where it is 212.5. From then on it falls by 400 rad/s^2.
     let locks = file.events().unwrap()[1].time;
     assert!((locks - (0.5 + 212.5 / 400.0)).abs() < 1e-14, "{locks}");
 }
@@ -104,7 +104,7 @@ fn cli_run_refuses_bad_settings() {
     assert_eq!(folder.names(), Vec::<String>::new());
 }
 
-/// The doubles at the time of the last sample are too far apart for the oscillation, or it is no time at all.
+/// The doubles at the end time are too coarse for the oscillation, or the end time is too short for a step.
 #[test]
 fn cli_run_refuses_what_doubles_cannot_resolve() {
     let folder = Folder::new();
@@ -116,11 +116,10 @@ fn cli_run_refuses_what_doubles_cannot_resolve() {
     folder.refused("run --set solver.rtol=1e-16", &["--set solver.rtol: "]);
 }
 
-/// Every method gives the same sticks and slips, and says in the file what it was.
 #[test]
 fn cli_run_methods_agree() {
     let folder = Folder::new();
-    // A stop that is soon over: the paper's from 7 rad/s, with the kick in the unstable window.
+    // A short stop: the paper's from 7 rad/s, with the kick in the unstable window.
     let quick = [
         "--set",
         "initial.speed=7",
@@ -154,7 +153,7 @@ fn cli_run_methods_agree() {
         let kinds = |events: &[Event]| events.iter().map(|event| event.kind).collect::<Vec<_>>();
         assert_eq!(kinds(events), kinds(reference), "{method}");
         for (a, b) in events.iter().zip(reference) {
-            // What the pure methods promise at their default tolerance.
+            // The accuracy that single methods promise at their default tolerance.
             assert!((a.time - b.time).abs() < 1e-6, "{method}: {} and {}", a.time, b.time);
         }
     }
@@ -166,7 +165,7 @@ fn cli_run_refuses_an_unknown_method() {
     folder.refused("run --method cvode-bfd", &["did you mean \"cvode-bdf\"?"]);
 }
 
-/// The names that scripts rely on.
+/// Scripts rely on these names.
 #[test]
 fn cli_run_json_is_one_document_with_known_names() {
     let folder = Folder::new();
@@ -180,7 +179,7 @@ fn cli_run_json_is_one_document_with_known_names() {
     assert_eq!(document["status"], "complete");
     assert_eq!(document["file"], "paper.h5");
     assert_eq!(document["method"], "cvode");
-    // What the default was called.
+    // The former name of the default.
     let former = json(&folder.ok("run --method auto --json --force"));
     assert_eq!(
         (&former["method"], &former["summary"]),
@@ -239,7 +238,7 @@ fn cli_run_quiet_prints_nothing_but_errors() {
     let folder = Folder::new();
     let (stdout, stderr) = output(&mut folder.short_run("-q"), 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
-    // Not even the warning.
+    // The warning is suppressed, too.
     for arguments in ["run unperturbed --quiet", "run block --quiet"] {
         assert_eq!(
             output(&mut folder.stickslip(arguments), 0),
@@ -252,7 +251,7 @@ fn cli_run_quiet_prints_nothing_but_errors() {
     assert!(stderr.contains("event budget"), "{stderr}");
 }
 
-/// The bar is on standard error, in pipes only if asked for.
+/// The bar is on standard error, and appears in pipes only if it is requested.
 #[test]
 fn cli_run_progress_is_on_standard_error() {
     let folder = Folder::new();
@@ -275,7 +274,7 @@ fn cli_run_progress_is_on_standard_error() {
     refusal(&mut folder.stickslip("run --progress sometimes"));
 }
 
-/// `stickslip run FILE.h5` gives the same numbers to the last bit, and says under which case the first was started.
+/// `stickslip run FILE.h5` gives the same numbers to the last bit, and names the case from which the file was made.
 #[test]
 fn cli_run_repeats_a_result_to_the_last_bit() {
     let folder = Folder::new();
@@ -292,7 +291,7 @@ fn cli_run_repeats_a_result_to_the_last_bit() {
         let count = first.sample_count().unwrap();
         assert!(count > least);
         assert_eq!(second.sample_count().unwrap(), count);
-        // Debug prints doubles so that they read back as themselves.
+        // Debug prints doubles so that they read back identically.
         let bits = |rows: &dyn std::fmt::Debug| format!("{rows:?}");
         assert!(bits(&first.samples(0..count).unwrap()) == bits(&second.samples(0..count).unwrap()));
         assert!(bits(&first.events().unwrap()) == bits(&second.events().unwrap()));
@@ -306,7 +305,6 @@ fn cli_run_repeats_a_result_to_the_last_bit() {
     );
 }
 
-/// A repeated run can be another one, too.
 #[test]
 fn cli_run_repeats_a_result_with_changes() {
     let folder = Folder::new();
@@ -316,7 +314,7 @@ fn cli_run_repeats_a_result_with_changes() {
     assert_eq!(times.last(), Some(&0.02));
 }
 
-/// Without a perturbation there is a warning that names G and the remedy; the remedy works.
+/// Without a perturbation a warning names G and a remedy, which works.
 #[test]
 fn cli_run_unperturbed_warns_that_noise_decides() {
     let folder = Folder::new();
@@ -334,7 +332,8 @@ fn cli_run_unperturbed_warns_that_noise_decides() {
     assert_eq!(json(&stdout)["warnings"].as_array().unwrap().len(), 1);
 }
 
-/// Kicks that the run ends before, at a time and at the instability: each with what is to be done, or what is known.
+/// The run ends before a kick at a time, or before one at the instability. The warning gives a remedy, or what is
+/// known.
 #[test]
 fn cli_run_says_if_it_ends_before_a_kick() {
     let folder = Folder::new();
@@ -353,7 +352,7 @@ fn cli_run_says_if_it_ends_before_a_kick() {
     );
 }
 
-/// The paper's numbers stand beside its own parameters, whatever solves them and whatever is sampled.
+/// The paper's values are shown for its own parameters, whatever the method and the samples.
 #[test]
 fn cli_run_puts_the_paper_beside_its_own_parameters() {
     let folder = Folder::new();
@@ -373,7 +372,7 @@ fn cli_run_puts_the_paper_beside_its_own_parameters() {
     }
 }
 
-/// A kick that dies out in the stable sliding is called dead, and one of nothing is none.
+/// A kick that decays in stable sliding has "died out" in the report, and the effect of a kick of zero is "none".
 #[test]
 fn cli_run_calls_a_dead_kick_dead() {
     let folder = Folder::new();
@@ -388,7 +387,7 @@ fn cli_run_calls_a_dead_kick_dead() {
     assert!(!line("kick above", "time=6.966, relative_velocity=1e-4").contains("died"));
 }
 
-/// Without a falling friction sliding never loses its stability.
+/// Without falling friction, sliding never loses its stability.
 #[test]
 fn cli_run_says_if_a_kick_never_came() {
     let folder = Folder::new();
@@ -396,8 +395,8 @@ fn cli_run_says_if_a_kick_never_came() {
     says(&stderr, &["warning: 1 of the kicks set at the instability never came"]);
 }
 
-/// Located exactly, a breakaway by the stator torque alone is undone at once, in the course of the stick-slip: an error,
-/// not an endless run.
+/// If breakaway is located exactly from the stator torque alone, it is undone at once during the stick-slip. This
+/// gives an error, not an endless run.
 #[test]
 fn cli_run_chattering_is_a_clear_error() {
     let folder = Folder::new();
@@ -420,8 +419,8 @@ fn cli_run_chattering_is_a_clear_error() {
     assert!(file.sample_count().unwrap() > 1000);
 }
 
-/// The rotor torque alone lags behind the transmitted torque by a thousandth: the same word, its last stick microseconds
-/// later.
+/// The rotor torque alone lags behind the transmitted torque by a thousandth. The event sequence is the same, and its
+/// last stick is some microseconds later.
 #[test]
 fn cli_run_the_rotor_test_moves_the_last_stick_by_microseconds() {
     let folder = Folder::new();
@@ -439,7 +438,7 @@ fn cli_run_the_rotor_test_moves_the_last_stick_by_microseconds() {
     assert!((1e-6..1e-5).contains(&moved.abs()), "{moved:e}");
 }
 
-/// The stop that was computed until the budget was used up is in the file, which says so.
+/// The file contains the stop up to the point at which the budget was used up, and says so.
 #[test]
 fn cli_run_event_budget_is_a_clear_error() {
     let folder = Folder::new();
@@ -456,7 +455,7 @@ fn cli_run_event_budget_is_a_clear_error() {
     assert!(folder.names().iter().all(|name| name != "paper.h5"));
 }
 
-/// A method at a tolerance that does not resolve the run gives a result, but not without a word about it.
+/// A method whose tolerance does not resolve the run gives a result with a warning.
 #[test]
 fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
     let folder = Folder::new();
@@ -465,7 +464,7 @@ fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
     says(&stderr, &["warning: the energy balance does not close"]);
 }
 
-/// The witness is one line under the table, the same in JSON and in the file, and can be left out.
+/// The result of the witness is one line under the table. It is also in JSON and in the file, and can be omitted.
 #[test]
 fn cli_run_has_a_witness() {
     let folder = Folder::new();
@@ -494,9 +493,9 @@ fn cli_run_has_a_witness() {
     assert_eq!(witness["testimony"], "same-sequence");
     assert_eq!(witness["events"], 95);
     assert_eq!(witness["agreeing_events"], 95);
-    // What both promise by default.
+    // The accuracy that both promise by default.
     assert!(witness["largest_difference"].as_f64().unwrap() < 5e-12, "{witness}");
-    // Event by event, the kick and the corner included.
+    // Event by event, including the kick and the corner.
     let column = |name: &str| folder.result("paper.h5").event_column(name).unwrap();
     let (own, other) = (column("time"), column("witness_time"));
     assert_eq!((own.len(), other.len()), (100, 100));
@@ -529,8 +528,9 @@ torque = { profile = "sine", amplitude = 51.4, angular_frequency = 0.4212, phase
 torque_on = 0
 "#;
 
-/// A loose tolerance loses digits of a slip that is over before the method has left its first order: the run makes itself again with
-/// a smaller one, and says so. Absolute tolerances that are set stay, so that nothing helps: then there is a warning.
+/// With a loose tolerance, digits are lost in a slip that ends before the method has left its first order. The run
+/// repeats itself with a smaller tolerance, and says so. If absolute tolerances are set, they stay, so that nothing
+/// helps. Then there is a warning.
 #[test]
 fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
     let folder = Folder::new();
@@ -551,7 +551,7 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
     assert_eq!(number("meta", "rtol").unwrap(), 1e-10);
     drop(file);
     folder.ok("check swung.h5");
-    // Without a witness, and by another method, it is what was asked for.
+    // Without a witness, or with another method, the run uses the requested tolerance.
     let said = folder.json("run swung.toml --set solver.rtol=1e-7 --no-witness --force");
     assert_eq!(said["rtol"], 1e-7);
     let said = folder.json("run swung.toml --method cvode-adams --set solver.rtol=1e-7 --force");
@@ -566,8 +566,8 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
     says(&stderr, "another method, series, & stickslip certify");
 }
 
-/// The witness shares no solver with the run, be it linear or not: `cvode`, or `series` of a run by `cvode`. Where the onset is noise
-/// no alarm is raised.
+/// The witness shares no solver with the run, linear or nonlinear: it is `cvode`, or `series` for a run with `cvode`.
+/// If the onset is noise, no warning is raised.
 #[test]
 fn cli_run_witnesses_differ_where_they_must() {
     let folder = Folder::new();
@@ -589,7 +589,7 @@ fn cli_run_witnesses_differ_where_they_must() {
         );
         assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
     }
-    // One event is one.
+    // A single event is named in the singular.
     for [end, words] in rows(
         "
         0.1  | witness series: no event either
@@ -613,8 +613,8 @@ fn cli_run_witnesses_differ_where_they_must() {
     }
 }
 
-/// Where nothing damps the torsional oscillation, a witness would take seconds: it is left out, and not begun where the run's
-/// own steps foretell it. Without a run's segments it has to find out.
+/// If nothing damps the torsional oscillation, a witness would take seconds, and is omitted. It is not started if the
+/// run's steps show this in advance. Without the segments of a run this has to be found out by running.
 #[test]
 fn cli_run_leaves_a_long_witness_out() {
     use stickslip::analysis::witness::{Sequence, Testimony, witness};
@@ -635,7 +635,7 @@ fn cli_run_leaves_a_long_witness_out() {
         said["statement"],
         "witness cvode: left out, as it takes more than a second"
     );
-    // Not begun: it knows of no event.
+    // It was not started, so that it has no events.
     assert_eq!(said["events"], 0, "{said}");
     assert!(said["largest_difference"].is_null(), "{said}");
 

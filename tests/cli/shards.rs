@@ -1,18 +1,18 @@
-//! `stickslip sweep --shard` and `stickslip merge` as a user starts them: shards make the file of one machine, and what does not
-//! make a whole is refused.
+//! `stickslip sweep --shard` and `stickslip merge` from the user's side. Shards give the file of a single machine,
+//! and shards that do not make a whole study are refused.
 
 use crate::common::cli::{Folder, json, output, refusal, says, send};
 use crate::common::unlocked;
 use crate::sweep::QUICK;
 
-/// Runs of a few milliseconds, a third of which fail; three axes, the last a short one of words.
+/// Runs of a few milliseconds, a third of which fail, over three axes. The last axis is short, and consists of words.
 fn grid() -> String {
     QUICK
         .replace("count = 6", "count = 5")
         .replace("\"arkode\", \"erk\"", "\"series\", \"cvode\"")
 }
 
-/// The same as a sample: a table of points.
+/// The same as a sample, which is a table of points.
 pub const SAMPLE: &str = r#"
 case = "paper"
 [set]
@@ -35,7 +35,7 @@ from = 0.3
 to = 0.9
 "#;
 
-/// A contact without stick: its threshold hangs on its smoothness, at every point.
+/// A contact without stick, whose threshold depends on its smoothness, at every point.
 pub const SMOOTH: &str = r#"
 title = "a smooth belt"
 case = "belt-leine-tanh"
@@ -47,7 +47,6 @@ axis = [
 ]
 "#;
 
-/// The studies, how many points they have, and whether some of them fail.
 fn studies() -> [(&'static str, String, usize, bool); 3] {
     [
         ("grid", grid(), 30, true),
@@ -56,7 +55,7 @@ fn studies() -> [(&'static str, String, usize, bool); 3] {
     ]
 }
 
-/// Sweeps every shard of a study and returns their names.
+/// Sweeps every shard of a study, and returns the names of the files.
 fn shards(folder: &Folder, study: &str, count: usize) -> Vec<String> {
     let names = (1..=count).map(|shard| {
         let part = format!("{shard}/{count}");
@@ -149,9 +148,9 @@ fn cli_shards_that_make_no_whole_are_refused() {
     refused(&[&"map.toml".to_owned()], &["map.toml: not an HDF5 file"]);
     folder.ok("sweep map.toml");
     refused(&[&"map.h5".to_owned()], &["map.h5: not the file of a shard"]);
-    // A shard is no whole, either.
+    // A shard is not a complete study, either.
     folder.refused(&["plot", &three[0]], &["not"]);
-    // What is there stays there: the output, and an input above all.
+    // Existing files are kept: the output and, above all, an input.
     let before = folder.read("map.h5");
     let stderr = refusal(&mut merge(&folder, &three, &["-o", "map.h5"]));
     says(&stderr, &["map.h5: exists", "--force"]);
@@ -160,7 +159,7 @@ fn cli_shards_that_make_no_whole_are_refused() {
     assert!(before == folder.read("map.h5"));
     output(&mut merge(&folder, &three, &["-o", "map.h5", "--force"]), 0);
     assert!(before == folder.read("map.h5"));
-    // An interruption leaves a partial file, which is none.
+    // An interruption leaves a partial file, which is no shard.
     let partial = "map.shard-2-of-3.partial.h5";
     std::fs::rename(folder.path(&three[1]), folder.path(partial)).unwrap();
     refused(
@@ -189,7 +188,7 @@ fn cli_an_interrupted_shard_is_incomplete_and_resumes() {
     let report = folder.json("sweep map.toml --shard 2/2 --resume");
     assert_eq!(report["points"], 1500);
     assert!(report["run_now"].as_u64().unwrap() < 1500);
-    // Another time there is nothing left to do; another shard under its name is another matter.
+    // The second time there is nothing left to do. Another shard under this name is refused.
     let again = ["sweep", "map.toml", "--shard", "2/2", "--resume", "--json"];
     assert_eq!(json(&folder.ok(&again))["run_now"], 0);
     folder.refused(
@@ -226,7 +225,7 @@ fn cli_a_task_of_a_job_array_knows_its_shard() {
         "sweep map.toml --shard 1/24",
         &["the study has 23 points, too few for 24 shards"],
     );
-    // Several processes that know nothing of each other would all compute the same.
+    // Several processes that do not know of each other would all compute the same points.
     says(
         &refusal(&mut folder.stickslip("sweep map.toml --mpi -o ranks.h5")),
         &["--shard K/N", "executor=..."],
@@ -250,8 +249,8 @@ fn cli_a_task_of_a_job_array_knows_its_shard() {
     folder.refused("sweep critical-curve --shard 1/4", &["traces a boundary", "executor"]);
 }
 
-/// A merger has few of many shards open at a time, and starts no process for those that are sealed: the program is not there any
-/// more when it merges.
+/// A merge of many shards has few of them open at a time, and starts no process for sealed ones. Here the program no
+/// longer exists when it merges.
 #[cfg(target_os = "linux")]
 #[test]
 fn cli_merge_of_many_shards_takes_few_files_and_no_process() {

@@ -1,4 +1,4 @@
-//! A run that is stopped: Ctrl-C, a termination signal.
+//! Runs that are stopped by Ctrl-C or a termination signal.
 #![cfg(unix)]
 
 use crate::common::cli::{Folder, LONG, json, says, send, text};
@@ -7,7 +7,7 @@ use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
 use stickslip::results::Status;
 
-/// Starts a long run, and sends it a signal while it is under way.
+/// Starts a long run, and sends it a signal during the run.
 fn interrupted(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
     let mut child = folder.start(&[arguments, LONG].concat());
     wait_until_under_way(folder, &mut child);
@@ -28,7 +28,7 @@ fn interrupted(folder: &Folder, signal: &str, arguments: &[&str]) -> Output {
 
 fn wait_until_under_way(folder: &Folder, child: &mut Child) {
     folder.wait_for(child, "paper.partial.h5", 0);
-    // Some samples on.
+    // Some samples later.
     std::thread::sleep(Duration::from_millis(500));
 }
 
@@ -40,7 +40,7 @@ fn cli_signals_leave_a_readable_file() {
         let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(130), "{signal}: {stderr}");
         says(&stderr, &["interrupted at t = 0.", "saved in paper.partial.h5"]);
-        // Nothing else is left, no lock either.
+        // Nothing else remains, not even a lock.
         assert_eq!(folder.names(), ["paper.partial.h5"]);
         let file = folder.result("paper.partial.h5");
         assert_eq!(file.status(), &Status::Interrupted);
@@ -76,7 +76,6 @@ fn cli_signals_and_quiet() {
     );
 }
 
-/// An interrupted run can be repeated from its partial file, and then completed.
 #[test]
 fn cli_signals_interrupted_run_can_be_repeated() {
     let folder = Folder::new();
@@ -87,7 +86,7 @@ fn cli_signals_interrupted_run_can_be_repeated() {
     assert_eq!(folder.result("whole.h5").status(), &Status::Complete);
 }
 
-/// Also during its first run, whose file is nobody's and goes again.
+/// An interruption also works during the first run, whose file is temporary and removed.
 #[test]
 fn cli_signals_end_a_certificate_without_a_trace() {
     let folder = Folder::new();
@@ -111,7 +110,6 @@ fn cli_signals_end_a_certificate_without_a_trace() {
     assert_eq!(folder.names(), [""; 0]);
 }
 
-/// Waits for the end of a child that was sent a signal.
 fn ended(mut child: Child) -> Output {
     let sent = Instant::now();
     while child.try_wait().unwrap().is_none() {
@@ -132,7 +130,7 @@ fn wait_for(folder: &Folder, child: &mut Child, name: &dyn Fn(&str) -> bool) {
     }
 }
 
-/// At what stage, and what is kept: nothing of the run itself and of the ladder,
+/// The message names the stage and what is kept. Of the run and the ladder this is nothing.
 #[test]
 fn cli_signals_a_certificate_says_where_it_was_interrupted() {
     let folder = Folder::new();
@@ -158,7 +156,6 @@ fn cli_signals_a_certificate_says_where_it_was_interrupted() {
     assert_eq!(folder.names(), [""; 0]);
 }
 
-/// and the certificate where it is the oracle that is interrupted.
 #[test]
 fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     use std::io::{BufRead, BufReader, Read};
@@ -189,7 +186,8 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     assert!(file.link_exists("sensitivity/shift_plus"));
 }
 
-/// A comparison with what comes through a pipe, as far as it can go before something does; with its own temporary folder.
+/// Starts a comparison with a candidate from a pipe, up to the point where it waits for data. Its temporary folder is
+/// its own.
 fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
     crate::common::cli::output(&mut folder.short_run("-q -o run.h5"), 0);
     std::fs::create_dir(folder.path("temporary")).unwrap();
@@ -203,7 +201,7 @@ fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    // There as soon as it has been opened for reading.
+    // It exists as soon as the pipe has been opened for reading.
     let pipe = std::fs::File::options()
         .write(true)
         .open(folder.path("pipe.csv"))
@@ -211,13 +209,13 @@ fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
     (child, pipe)
 }
 
-/// What came through a pipe so far is not left in the folder of temporary files.
+/// Data that have come through a pipe are not left in the folder for temporary files.
 #[test]
 fn cli_signals_end_a_comparison_without_a_trace() {
     use std::io::Write;
     let folder = Folder::new();
     let (child, mut pipe) = waiting_comparison(&folder);
-    // More than a pipe holds: some of it has been read.
+    // More data than a pipe can hold, so that some of them have been read.
     pipe.write_all(&b"time,relative_velocity\n0,0\n".repeat(10_000))
         .unwrap();
     send("TERM", child.id());
@@ -226,7 +224,7 @@ fn cli_signals_end_a_comparison_without_a_trace() {
     assert_eq!(std::fs::read_dir(folder.path("temporary")).unwrap().count(), 0);
 }
 
-/// 9e8 points, of which some thousands are done: what is written at an interruption are those.
+/// Of 9e8 points some thousands are finished. At an interruption only these are written.
 #[test]
 fn cli_signals_end_a_huge_study_in_the_time_of_what_is_done() {
     let folder = Folder::new();
@@ -249,7 +247,7 @@ fn cli_signals_end_a_huge_study_in_the_time_of_what_is_done() {
     folder.ok("check huge.partial.h5");
 }
 
-/// A folder that was removed in the meantime holds no journal from which to go on.
+/// If the folder was removed in the meantime, no journal exists from which to continue.
 #[test]
 fn cli_signals_after_the_folder_was_removed_name_no_journal() {
     for command in ["continue sliding-bifurcations", "sweep groan-speed -j1"] {
@@ -269,7 +267,7 @@ fn cli_signals_after_the_folder_was_removed_name_no_journal() {
     }
 }
 
-/// The first signal ends the run, whose report no one reads; the second does not wait for that.
+/// The first signal ends the run, whose report nobody reads. The second signal ends the program without waiting.
 #[test]
 fn cli_signals_a_second_one_ends_the_program_at_once() {
     use std::io::Write;

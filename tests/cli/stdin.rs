@@ -1,4 +1,4 @@
-//! A case through standard input, errors as JSON, --strict, and help.
+//! A case from standard input, errors as JSON, --strict, and help.
 
 use crate::common::cli::{Folder, SHORT, json, output, refusal, says};
 
@@ -6,7 +6,6 @@ fn short<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     arguments.iter().chain(SHORT).copied().collect()
 }
 
-/// The result is that of the same text in a file.
 #[test]
 fn cli_run_reads_a_case_from_standard_input() {
     let folder = Folder::new();
@@ -28,7 +27,7 @@ fn cli_run_reads_a_case_from_standard_input() {
     );
     let (stdout, _) = output(folder.stickslip("modes - --json").write_stdin(text.clone()), 0);
     json(&stdout);
-    // It has no name after which its result could be called.
+    // The case has no name after which its result could be named.
     for command in ["run", "certify"] {
         let stderr = refusal(folder.stickslip(&[command, "-"]).write_stdin(text.clone()));
         says(&stderr, &["standard input", "-o result.h5"]);
@@ -49,7 +48,7 @@ fn cli_run_reads_a_case_from_standard_input() {
     assert_eq!(folder.names(), ["mine.h5", "mine.toml", "piped.h5"]);
 }
 
-/// No file is called "-" where others would expect a stream.
+/// No file is named "-" where users may expect a stream.
 #[test]
 fn cli_outputs_are_not_called_minus() {
     let folder = Folder::new();
@@ -71,7 +70,7 @@ fn cli_outputs_are_not_called_minus() {
     assert_eq!(folder.names(), [] as [&str; 0]);
 }
 
-/// One document on standard output, the text on standard error as ever.
+/// One document is on standard output, and the text is on standard error as usual.
 #[test]
 fn cli_errors_are_json_where_json_is_asked_for() {
     let folder = Folder::new();
@@ -113,13 +112,13 @@ fn cli_errors_are_json_where_json_is_asked_for() {
         }
         assert_eq!(error(&arguments, 2)["kind"], "input", "{command}");
     }
-    // A run that fails has its own document, and no second one.
+    // A failing run has its own document, and no second one.
     let failing = ["run", "--json", "--set", "solver.max_events=1", "-o", "failed.h5"];
     let (stdout, _) = output(&mut folder.stickslip(&failing), 1);
     assert_eq!(json(&stdout)["status"], "failed");
 }
 
-/// An onset that is amplified rounding exits with 0, and with 1 where no warning is to pass.
+/// For an onset that is amplified rounding the exit status is 0, or 1 if no warning is accepted.
 #[test]
 fn cli_strict_lets_no_warning_pass() {
     let folder = Folder::new();

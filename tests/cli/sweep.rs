@@ -1,11 +1,11 @@
-//! `stickslip sweep` as a user starts it: files that depend on the study alone, kills and resumption, refusals.
+//! `stickslip sweep` from the user's side: files that depend on the study alone, kills and resumption, refusals.
 
 use crate::common::cli::{Folder, refusal, says};
 use crate::common::page::document;
 use crate::common::rows;
 use stickslip::plot::studies::{self, Choice};
 
-/// Runs that are over in a millisecond: the ramp and the beginning of the sliding, with a few that fail among them.
+/// Runs of a millisecond: the ramp and the beginning of sliding. A few of them fail.
 pub const QUICK: &str = r#"
 title = "a quick map"
 case = "paper"
@@ -55,7 +55,7 @@ fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
         file.attribute("solver_method", "flag_meanings").as_deref(),
         Some("arkode erk")
     );
-    // mu_0 = 0.6 is below mu_s = 0.7: these points are no valid case, and say so.
+    // mu_0 = 0.6 is below mu_s = 0.7. These points are invalid cases, and are reported as such.
     let status = file.numbers("status").unwrap();
     for (number, status) in status.iter().enumerate() {
         assert_eq!(*status, if number % 6 >= 4 { 1.0 } else { 0.0 }, "point {number}");
@@ -77,7 +77,7 @@ fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
             .zip(&status)
             .all(|(&slips, &status)| slips == if status == 1.0 { -1.0 } else { 0.0 })
     );
-    // T_n = 2 pi sqrt(J/k_t) of the paper's case, whatever varies here.
+    // T_n = 2 pi sqrt(J/k_t) of the paper's case, which does not depend on the axes.
     let period = file.numbers("natural_period").unwrap()[0];
     assert!((period - 2.4056e-4).abs() < 1e-8, "{period}");
 }
@@ -103,7 +103,7 @@ fn property_the_file_does_not_depend_on_threads_interruptions_or_time() {
 fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
     use std::time::Duration;
     let folder = Folder::new();
-    // Some hundred points, a second or two in all.
+    // Some hundred points, which take a second or two in total.
     let study = QUICK.replace("count = 6", "count = 60");
     folder.write("map.toml", &study);
     folder.ok("sweep map.toml -o whole.h5");
@@ -111,12 +111,12 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
     let mut under_way = 0;
     for kill in 0..kills {
         let mut child = folder.start("sweep map.toml -j 2 -o killed.h5 --resume");
-        // At no particular moment; the sweep itself takes longer than the longest.
+        // At arbitrary moments. The sweep takes longer than the latest.
         std::thread::sleep(Duration::from_micros(2_000 + kill * 7919 % 60_000));
         child.kill().unwrap();
         child.wait().unwrap();
         under_way += u64::from(folder.path("killed.journal").exists());
-        // What has come to its end is compared, and begun anew.
+        // A finished sweep is compared, and started again.
         if folder.path("killed.h5").exists() && !folder.path("killed.journal").exists() {
             assert!(
                 folder.read("whole.h5") == folder.read("killed.h5"),
@@ -132,7 +132,7 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
     );
     assert!(folder.read("whole.h5") == folder.read("killed.h5"));
     assert_eq!(folder.names(), ["killed.h5", "map.toml", "whole.h5"]);
-    // Resumed once more there is nothing to do, and nothing is done.
+    // When it is resumed once more, there is nothing left to do.
     assert_eq!(folder.json("sweep map.toml -o killed.h5 --resume")["run_now"], 0);
     assert!(folder.read("whole.h5") == folder.read("killed.h5"));
 }
@@ -140,11 +140,11 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
 #[test]
 fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     let folder = Folder::new();
-    // Enough points that the sweep is not over when it is killed: those of the first 20 ms are in its journal.
+    // So many points that the sweep is not finished when it is killed. Those of the first 20 ms are in its journal.
     let study = QUICK.replace("count = 6", "count = 30");
     folder.write("map.toml", &study);
     folder.write("other.toml", study.replace("to = 30", "to = 31"));
-    // A journal with some points, as an interruption leaves it.
+    // A journal with some points, as after an interruption.
     let mut child = folder.start("sweep map.toml -j 1");
     folder.wait_for(&mut child, "map.journal", 200);
     child.kill().unwrap();
@@ -154,7 +154,7 @@ fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     folder.ok("sweep map.toml --force");
     assert!(!folder.path("map.journal").exists());
     folder.refused("sweep other.toml -o map.h5 --resume", &["is the file of another study"]);
-    // Without --resume it is a result of this program, and a new sweep replaces it.
+    // Without --resume it is a result of this program, which a new sweep replaces.
     folder.ok("sweep other.toml -o map.h5");
 }
 
@@ -234,7 +234,7 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
     let file = folder.sweep_file("table.h5");
     assert_eq!(file.numbers("point").unwrap(), [0.0, 1.0]);
     assert_eq!(file.numbers("friction_decay").unwrap(), [5.0, 2.5]);
-    // 200 lbf in s/rad, exactly converted.
+    // 200 lbf in s/rad, converted exactly.
     assert_eq!(file.numbers("torsion_damping").unwrap(), [22.59696580552334, 10.0]);
     for (table, words) in [
         ("friction.decay\n5\nfast\n", "points.csv:3: friction.decay:"),
@@ -250,7 +250,8 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
     }
 }
 
-/// Another friction law has other keys: a table with a law takes the place of the case's; without one its keys are set.
+/// Another friction law has other keys. A table with a law replaces that of the case; one without a law sets its
+/// keys.
 #[test]
 fn cli_a_study_may_choose_another_friction_law() {
     let folder = Folder::new();
@@ -293,7 +294,7 @@ fn cli_a_kept_trajectory_is_a_result_file_of_each_point() {
     }
 }
 
-/// A light rotor that stops within milliseconds, so that runs are cheap.
+/// A light rotor that stops within milliseconds, so that runs are short.
 pub const BOUNDARY: &str = r#"
 case = "paper"
 set = { perturbation = [], axial.damping = "20000 lbf s/in", actuation.rise_time = 0, torsion.rotor_inertia = 0.002,
@@ -337,7 +338,7 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     assert_eq!(folder.json("plot map.h5 -o map.svg")["files"][0]["file"], "map.svg");
 }
 
-/// `inspect` lists a sweep; what wants the result of one run says what it was given, and what to do with it.
+/// `inspect` lists a sweep. Commands for the result of one run say that they got a sweep, and what to do with it.
 #[test]
 fn cli_every_command_knows_a_sweep_file() {
     let folder = Folder::new();
@@ -355,7 +356,7 @@ fn cli_every_command_knows_a_sweep_file() {
         .iter()
         .find(|v| v["name"] == "stick_count")
         .unwrap();
-    // The fill value of the points that failed is none of the counts.
+    // The fill value of failed points is not counted.
     assert_eq!((&sticks["min"], &sticks["shape"]), (&0.0.into(), &vec![6, 3, 2].into()));
     for command in ["certify", "modes", "run"] {
         folder.refused(&[command, "map.h5"], &["the many runs of a sweep", "trajectory = true"]);
@@ -366,8 +367,8 @@ fn cli_every_command_knows_a_sweep_file() {
     }
 }
 
-/// A criterion that changes nowhere gives no boundary without a word, and neither are runs passed over that end before the
-/// stop and so have too few sticks.
+/// A criterion that changes nowhere gives no boundary, and a message. Runs that end before the stop, and therefore
+/// have too few sticks, are reported, too.
 #[test]
 fn cli_a_sweep_says_what_makes_its_boundary_doubtful() {
     let folder = Folder::new();

@@ -1,5 +1,5 @@
-//! Numbers of `stickslip sweep` and `calibrate` against closed forms and single runs; keys, axes and quantities that a base case
-//! does not have.
+//! Values from `stickslip sweep` and `calibrate` against closed forms and single runs; keys, axes and quantities that
+//! a base case does not have.
 
 use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
@@ -7,7 +7,8 @@ use crate::common::rows;
 use std::f64::consts::PI;
 use stickslip::sweep::{STUDIES, Study, StudySource};
 
-/// The mass on a belt with Coulomb friction that begins on the belt: every slip and stick in closed form.
+/// A mass on a belt with Coulomb friction that starts at rest relative to the belt. Slips and sticks have closed
+/// forms.
 const BELT: &str = r#"
 title = "Coulomb belt"
 case = "belt-coulomb"
@@ -19,8 +20,8 @@ axis = [
 keep = { events = true }
 "#;
 
-/// D = (mu_0 - mu_d) F_n = 1 N, m = 1 kg: slips of (pi + 2 atan(v k/(w D)))/w and sticks of 2 D/(k v); the spring swings about mu_d F_n/k by
-/// hypot(D/k, v/w). Such segments are linear, so that the events hold to rounding.
+/// D = (mu_0 - mu_d) F_n = 1 N, m = 1 kg. Slips take (pi + 2 atan(v k/(w D)))/w and sticks 2 D/(k v). The spring
+/// swings about mu_d F_n/k by hypot(D/k, v/w). These segments are linear, so that the events are exact to rounding.
 #[test]
 fn analytic_a_grid_of_coulomb_belts() {
     let folder = Folder::new();
@@ -74,7 +75,7 @@ fn analytic_a_grid_of_coulomb_belts() {
             assert_eq!((motion[point], sticks[point]), (0.0, 1.0));
         }
     }
-    // A driven belt does not slow down by itself: nothing grows on the way.
+    // A driven belt does not slow down by itself, so that there is no growth on the way.
     assert!(numbers("growth_exponent").iter().all(|value| value.is_nan()));
     assert!(numbers("noise_determined").iter().all(|value| *value == -1.0));
     assert!(numbers("stick_threshold").iter().all(|value| value.is_nan()));
@@ -82,10 +83,10 @@ fn analytic_a_grid_of_coulomb_belts() {
     assert!(stdout.contains("all checksums agree"), "{stdout}");
 }
 
-/// What a run does not have is NaN, or -1 of a count, and never 0: the mass begins in a slip that never ends.
-/// The coefficient mu_d + (mu_s - mu_d) exp(-(v/v_s)^2) falls over a stretch of speeds alone: with the damping c of the mass steady
-/// sliding is unstable where 2 (mu_s - mu_d) F_n v/v_s^2 exp(-(v/v_s)^2) is above c, between two speeds of the belt, and stable at both
-/// ends of the axis. That changes with v by at least 3 N s^2/m^2 at all of the points, so that they hold to rounding.
+/// The coefficient mu_d + (mu_s - mu_d) exp(-(v/v_s)^2) falls over a range of speeds only. With the damping c of the
+/// mass, steady sliding is unstable where 2 (mu_s - mu_d) F_n v/v_s^2 exp(-(v/v_s)^2) exceeds c. This is between two
+/// speeds of the belt; sliding is stable at both ends of the axis. The term changes with v by at least 3 N s^2/m^2 at
+/// all points, so that they are exact to rounding.
 #[test]
 fn analytic_sliding_that_becomes_stable_again_has_two_limits() {
     let folder = Folder::new();
@@ -125,7 +126,8 @@ contact.normal_force = 10
 #[test]
 fn results_what_a_run_of_trains_does_not_have_is_absent() {
     let folder = Folder::new();
-    // Its damping keeps the slip from being a free oscillation.
+    // The mass begins in a slip that never ends, and its damping keeps the slip from being a free oscillation. Values
+    // that the run does not have are NaN, or -1 for counts, and never 0.
     let study =
         "case = \"belt-coulomb\"\n[set]\nstator.damping = 0.5\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.1, 0.2]\n";
     folder.write("slip.toml", study);
@@ -142,8 +144,8 @@ fn results_what_a_run_of_trains_does_not_have_is_absent() {
     }
 }
 
-/// A point of a study is the single run of its case, for elements of lists, parts of signals, initial values, and whichever
-/// way the base case is given.
+/// A point of a study equals the single run of its case: for elements of lists, keys of signals and initial values,
+/// and for each way to name the base case.
 #[test]
 fn regression_points_are_the_single_runs_of_their_cases() {
     let folder = Folder::new();
@@ -192,7 +194,7 @@ fn regression_points_are_the_single_runs_of_their_cases() {
         ] {
             let value = file.numbers(name).unwrap()[0];
             let expected = expected.as_f64().unwrap();
-            // The reader of JSON may miss a number by its last bit.
+            // The JSON reader may be wrong in the last bit of a number.
             assert!(
                 (value - expected).abs() <= 1e-15 * expected,
                 "{case}, {name}: {value}, not {expected}"
@@ -201,9 +203,10 @@ fn regression_points_are_the_single_runs_of_their_cases() {
     }
 }
 
-/// Steady sliding of a belt with the exponential law is stable above the damping alpha (mu_s - mu_d) F_n exp(-alpha v) per unit
-/// of mass. The line beside a boundary is that to rounding; and a start that has nearly died out finds it up to what the
-/// 350 s that are left make of a growth that slow: e-folds enough from 5 % below.
+/// Steady sliding of a belt with the exponential law is stable above the damping alpha (mu_s - mu_d) F_n exp(-alpha
+/// v) per unit of mass. The line next to a boundary equals it to rounding. Runs whose start has nearly decayed find
+/// the boundary with an error that follows from the slow growth over the remaining 350 s: from 5 % below, there are
+/// enough e-folds.
 #[test]
 fn analytic_the_boundary_of_a_slow_start_is_the_hopf_line() {
     let folder = Folder::new();
@@ -242,7 +245,7 @@ contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
         points += 1;
     }
     assert!(points >= 5, "{points}");
-    // `modes` has the same line.
+    // `modes` finds the same line.
     let arguments = ["modes", "belt-exponential", "--json", "--set", "rotor.speed=0.25"];
     let stdout = folder.ok(&arguments);
     let critical = json(&stdout)["critical_stator_damping"]["changes"][0]["value"]
@@ -251,7 +254,7 @@ contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
     assert!((critical / hopf(0.25) - 1.0).abs() < 1e-9, "{critical}");
 }
 
-/// Bursts, groan without bursts, and steady sliding: three points of the built-in study, by another method.
+/// Bursts, groan without bursts, and steady sliding: three points of the built-in study, with another method.
 #[test]
 fn regression_groan_over_the_speed_holds_for_single_runs() {
     let folder = Folder::new();
@@ -268,7 +271,7 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     assert_eq!(numbers("stick_count")[2], 0.0);
     let stdout = folder.ok("run groan --json --no-witness --set rotor.speed=0.5 --set output.end_time=6");
     let single = &json(&stdout)["summary"]["outcome"];
-    // Each run says how far it is from the periodic motion: less than 1e-4 of it.
+    // The distance of each run from its periodic motion is given: less than 1e-4 of the motion.
     for (name, other) in [
         ("attractor_period", &single["period"]),
         ("attractor_amplitude", &single["extremes"]["amplitude"]),
@@ -299,7 +302,7 @@ fn results_trajectories_of_the_points_are_results_of_trains() {
         );
         assert!(run.resolved().unwrap().contains("[stator]"));
     }
-    // What the points come to is no matter of whether they are stored.
+    // The results of the points do not depend on whether they are stored.
     folder.write("plain.toml", BELT);
     folder.json("sweep plain.toml");
     let plain = folder.sweep_file("plain.h5");
@@ -366,7 +369,7 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
             format!("case = \"{case}\"\n[[axis]]\nkey = \"{key}\"\nvalues = [-1e300, -2e300]\n"),
         );
         let mut command = folder.stickslip("sweep bad.toml");
-        // A torque of that size is a case, which fails.
+        // A torque of this size is a valid case, which fails.
         if key == "rotor.torque" {
             output(&mut command, 1);
             continue;
@@ -403,7 +406,6 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
     }
 }
 
-/// A number that `[set]` or `--set` gives in the place of a list is a list of one, which an axis does not extend.
 #[test]
 fn cli_an_axis_does_not_extend_a_list_that_is_set() {
     let folder = Folder::new();
@@ -417,8 +419,9 @@ fn cli_an_axis_does_not_extend_a_list_that_is_set() {
     }
 }
 
-/// The belt of closed form rides for 0.2 s and slips for 0.471 s in turn, for ever: a stick from 1.342 s to 1.542 s. A run that
-/// ends in it has found no period, and a later end changes what it comes to; the clutch locks once for all.
+/// The belt with a closed form alternately sticks for 0.2 s and slips for 0.471 s, for ever. One stick is from 1.342
+/// s to 1.542 s. A run that ends in it has found no period, and a later end changes its result. The clutch locks for
+/// good.
 #[test]
 fn analytic_a_stick_that_may_be_one_of_a_cycle_is_counted() {
     let folder = Folder::new();
@@ -483,7 +486,6 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
     }
 }
 
-/// A brake written as trains has the quantities, the limit and the contours of growth that its short form has.
 #[test]
 fn property_both_forms_of_a_brake_have_the_same_boundary() {
     let folder = Folder::new();
@@ -534,7 +536,7 @@ fn property_both_forms_of_a_brake_have_the_same_boundary() {
     }
 }
 
-/// Spring and friction of the Coulomb belt from its slip, its stick and its amplitude as printed to four digits.
+/// Stiffness and friction of the Coulomb belt, from its slip, its stick and its amplitude with four printed digits.
 const CALIBRATION: &str = r#"
 title = "spring and friction of a belt"
 case = "belt-coulomb"
@@ -559,7 +561,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     let stdout = folder.ok(&arguments);
     let report = json(&stdout);
     assert_eq!(report["consistent"], true);
-    // k = 100 N/m and mu_d = 0.3, within what four digits leave.
+    // k = 100 N/m and mu_d = 0.3, within the accuracy of four digits.
     for (place, true_value) in [(0, 100.0), (1, 0.3)] {
         let parameter = &report["parameters"][place];
         let number = |name: &str| parameter[name].as_f64().unwrap();
@@ -602,7 +604,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     }
 }
 
-/// The base case slows down by itself; with a torque it does not.
+/// The base case slows down by itself. With a torque it does not.
 #[test]
 fn cli_an_axis_of_a_torque_may_ask_for_what_a_driven_motion_has() {
     let torque = |show: &str, key: &str| {

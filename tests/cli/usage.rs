@@ -1,4 +1,4 @@
-//! What is said about the program itself, its cases and its files, and about wrong usage.
+//! What the program says about itself, its cases and its files, and about wrong usage.
 
 use crate::common::cli::{Folder, output, refusal, says};
 use predicates::prelude::*;
@@ -9,7 +9,7 @@ fn cli_version_names_the_libraries() {
     for flag in ["--version", "-V"] {
         let (stdout, stderr) = output(&mut folder.stickslip(&[flag]), 0);
         assert_eq!(stderr, "");
-        // The commit of the build, which the build script states to this package alone.
+        // The commit of the build, which the build script provides for this package only.
         let build = concat!(
             "stickslip ",
             env!("CARGO_PKG_VERSION"),
@@ -68,7 +68,7 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
     }
 }
 
-/// The text is a case file that runs as the built-in case does.
+/// The printed text is a case file that runs like the built-in case.
 #[test]
 fn cli_case_prints_a_case_to_start_from() {
     let folder = Folder::new();
@@ -87,7 +87,7 @@ fn cli_case_prints_a_case_to_start_from() {
 #[test]
 fn cli_case_lists_the_built_in_cases() {
     let folder = Folder::new();
-    // Figures of the study may lie in a folder of its name.
+    // Figures of the study may lie in a folder with its name.
     std::fs::create_dir(folder.path("critical-curve")).unwrap();
     let stdout = folder.ok("case --list");
     let listed = folder.json("case --list");
@@ -113,7 +113,6 @@ fn cli_unknown_case_names_those_that_exist() {
     }
 }
 
-/// By file, line and key, each problem on its own.
 #[test]
 fn cli_case_errors_name_file_line_and_key() {
     let folder = Folder::new();
@@ -136,7 +135,7 @@ fn cli_case_errors_name_file_line_and_key() {
     assert_eq!(folder.names(), ["broken.toml"]);
 }
 
-/// What someone may give by mistake; none of it is a crash, and each says what it is.
+/// Inputs that a user may give by mistake. None of them may crash the program, and each gets a clear message.
 #[test]
 fn cli_run_refuses_what_is_no_case() {
     let folder = Folder::new();
@@ -165,7 +164,7 @@ fn cli_run_refuses_what_is_no_case() {
     assert_eq!(folder.names(), before);
 }
 
-/// Letters of all alphabets, in names and titles, arrive in the file as they were.
+/// Letters of all alphabets, in names and titles, are stored unchanged.
 #[test]
 fn cli_run_takes_unicode() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! `stickslip work-precision`, and what it says of a wrong study.
+//! `stickslip work-precision`, and its messages about wrong studies.
 
 use crate::common::cli::{Folder, json, output, says};
 use crate::common::rows;
@@ -31,7 +31,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
         (&runs[3]["rtol"], &runs[3]["fixed_step"]),
         (&serde_json::Value::Null, &2e-5.into())
     );
-    // The located methods are far better than the paper's procedure, which has another sequence of events.
+    // The methods with located events are far better than the paper's procedure, which has another event sequence.
     let onset = |k: usize| runs[k]["error"]["onset"].as_f64().unwrap();
     assert!(
         [0, 1, 3].iter().all(|&k| onset(k) < 1e-6) && onset(2) > 1e-6,
@@ -58,11 +58,11 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     );
     assert!(folder.read("pictures/work-precision.png").starts_with(b"\x89PNG"));
 
-    // Its own earlier file and figure are replaced; the table has a row for each run.
+    // The study's own earlier file and figure are replaced. The table has a row for each run.
     let table = folder.ok("work-precision small.toml --figure pictures");
     says(&table, &["erk-verner-76", "the oracle with"]);
-    // The file shows itself to whoever inspects it as what it is, and no other file is replaced.
-    // So is what is in the way of the lock.
+    // `inspect` recognises the file, and a file of another origin is not replaced. A folder in the place of the lock
+    // is not replaced, either.
     std::fs::create_dir(folder.path(".locked.partial.h5.lock")).unwrap();
     folder.refused("work-precision small.toml -o locked.h5", &[".locked.partial.h5.lock"]);
     let foreign = folder.write("foreign.h5", "mine");
@@ -70,7 +70,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     assert_eq!(std::fs::read(foreign).unwrap(), b"mine");
 }
 
-/// What is said, and with which exit status, of a study with one thing changed.
+/// The message for a study with one change, which must end with this exit status.
 fn said(text: &str, status: i32) -> String {
     let folder = Folder::new();
     folder.write("study.toml", text);
@@ -129,7 +129,7 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     let one = said(&with("method = \"auto\"\ncheck = \"cvode\""), 2);
     assert!(one.contains("both \"cvode\""), "{one}");
 
-    // The truth of another case.
+    // The exact solution of another case.
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/truth");
     let other = said(&with(&format!("truth = '{}'", data.join("paper.json").display())), 2);
     assert!(other.contains("another case") && other.contains("k_e"), "{other}");
@@ -147,13 +147,14 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
         folder.refused("work-precision study.toml", &[name, why]);
     }
 
-    // Without a perturbation no two methods agree: exit status 1, and why.
+    // Without a perturbation no two methods agree. The exit status is 1, and the message gives the reason.
     let unperturbed = with("method = \"auto\"").replace("\"paper-si\"", "\"unperturbed\"");
     let said = said(&unperturbed, 1);
     says(&said, &["there is no reference", "perturbation"]);
 }
 
-/// Events in closed form of a mass on a belt, which rides for 0.2 s and slips, with the numbers of the case by their keys.
+/// Closed-form events of a mass on a belt, which sticks for 0.2 s and slips, with the case's parameters by their
+/// keys.
 #[test]
 fn analytic_a_truth_may_be_of_any_case() {
     let folder = Folder::new();

@@ -16,7 +16,7 @@ use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleSt
 use stickslip::record::{Channels, Event, EventKind, Sample, State};
 use stickslip::signal::{Ramp, Signal};
 
-/// Rows of a stretch that are held against the oracle.
+/// Rows of a stretch that are compared with the oracle.
 const ROWS: usize = 12;
 
 fn exact(x: f64) -> BigRational {
@@ -33,7 +33,6 @@ fn solve(exact: &ExactSystem, end: f64, sample_times: Vec<BigRational>) -> Oracl
     oracle::run(exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// The states of the program's columns from those of the oracle.
 fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
     let r = |x: &ExactDouble| x.to_rational().expect("finite");
     let components = s.components();
@@ -56,8 +55,8 @@ fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
     ]
 }
 
-/// The other columns, from the states; the works of F and the dissipations, which the oracle does not have, together: what
-/// has been dissipated less the work done is the energy that has gone.
+/// The other columns, from the states. The oracle has neither the works of F nor the dissipations; they are compared
+/// together: dissipation minus work is the energy that has been lost.
 fn channels(
     p: &Parameters,
     mode: Mode,
@@ -114,7 +113,7 @@ fn channels(
     list
 }
 
-/// A column of a row, or what has gone from the energy.
+/// A column of a row, or the energy that has been lost.
 fn value(row: &Sample, name: &str) -> f64 {
     let c = &row.channels;
     match name {
@@ -148,12 +147,12 @@ fn band(stretch: &Stretch, name: &str, of: fn(&Stretch, usize) -> f64) -> f64 {
     }
 }
 
-/// What was found: columns held against the oracle, those that their band does not cover, and by how much a band exceeds the
+/// Results: columns compared with the oracle, those that their band does not cover, and the ratio of a band to the
 /// largest error of its stretch.
 #[derive(Default)]
 struct Found {
     held: usize,
-    /// Of them, those that have no band: no row of theirs lies in the stretch.
+    /// Compared columns without a band, because no row of theirs lies in the stretch.
     without: usize,
     uncovered: Vec<String>,
     excess: Vec<f64>,
@@ -192,7 +191,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
     due.sort();
     due.dedup();
     let report = solve(&exact_parameters, end, due.clone());
-    // A sample's time is rounded to the oracle's precision: by order.
+    // A sample's time is rounded to the oracle's precision, so that samples are found by their order.
     assert_eq!(report.samples.len(), due.len());
     let at = |time: &BigRational| &report.samples[due.binary_search(time).expect("asked for")].1;
     let p = &disks(&case);
@@ -233,7 +232,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
         if let Some(last) = excess.last_mut() {
             last.1 = last.1.max(share);
         }
-        // At the row's own time, where it is on the same side of the events for sure.
+        // At the row's own time, where it is certainly on the same side of the events.
         let beside = |t: f64| (row.time - t).abs() <= stretch.time_uncertainty;
         if !beside(stretch.start) && !beside(stretch.end) {
             hold(*index, row, at(&exact(row.time)), Stretch::at_fixed_time, "at its time");
@@ -250,7 +249,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
     certificate
 }
 
-/// The states after the events, which begin a stretch.
+/// The states after the events, at the start of a stretch.
 fn events(name: &str, own: &[Event], certificate: &Certificate, truth: &[oracle::OracleEvent], found: &mut Found) {
     for (index, (event, truth)) in own.iter().zip(truth).enumerate() {
         let stretch = &certificate.bands.stretches[index + 1];
@@ -296,11 +295,11 @@ fn report(found: &Found) {
         &found.uncovered[..found.uncovered.len().min(20)]
     );
     assert!(found.held > 10_000 && found.without < found.held / 500);
-    // Useful, not only safe: as the events' uncertainties.
+    // The bands must be useful, not only safe, like the events' uncertainties.
     assert!(median(found.excess.clone()) < 100.0);
 }
 
-/// Slip of both phases, stick, and separation; corners of F and a kick between.
+/// Slip in both senses, stick, and separation, with corners of F and a kick between.
 #[test]
 fn multiprecision_bands_cover_the_errors_of_a_release() {
     let mut found = Found::default();
@@ -316,12 +315,13 @@ fn multiprecision_bands_cover_the_errors_of_a_release() {
     report(&found);
 }
 
-/// The work of a kick is a difference of two kinetic energies, far larger than it is, and the residual one of all energies:
-/// where the runs of the ladder agree to the last digit, the rounding of those is all that the bands have.
+/// The work of a kick is a difference of two kinetic energies, far larger than the work, and the residual is one of
+/// all energies. Where the runs of the ladder agree to the last digit, the bands only have the rounding of these
+/// energies.
 #[test]
 fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
     let source = CaseSource::built_in("release").unwrap();
-    // A row in a few stretches only.
+    // A row in only a few stretches.
     let settings = [
         "output.around=\"none\"",
         "output.window=[]",
@@ -338,8 +338,8 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
         .iter()
         .find(|event| event.kind == EventKind::Kick)
         .expect("a kick");
-    // The momentum is kept: each surface takes half of the jump d, and J/2 times the difference of the squares is the work,
-    // J d (omega_r - d/2)/2 with omega_r after the kick.
+    // The momentum is kept. Each surface takes half of the jump d, and the work is J/2 times the difference of the
+    // squares, J d (omega_r - d/2)/2 with omega_r after the kick.
     let jump = &exact_parameters.kicks[0].relative_velocity;
     let half = exact(0.5);
     let after = states(&kick.state);
@@ -378,7 +378,8 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
                 println!("{name} at {}: {error:.2e} of {band:.2e}", row.time);
                 assert!(error <= band, "{name} at {}: {error:.2e} of {band:.2e}", row.time);
                 if name == "work_perturbation" && kicked {
-                    // Eight roundings of that after the kick, and those of that before it are no fewer: what the runs share.
+                    // Eight roundings of the energy after the kick, and at least as many before it: the runs share
+                    // them.
                     assert!(band >= 8.0 * f64::EPSILON * kinetic, "{band:e} of {kinetic:e} J");
                     held += 1;
                     largest = largest.max(error);
@@ -386,7 +387,7 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
             }
         }
     }
-    // A test of something: the error is far more than the rounding of the work itself.
+    // The test must be able to fail: the error is far larger than the rounding of the work itself.
     assert!(
         held > 0 && largest > 100.0 * f64::EPSILON * nearest_double(&work),
         "{held} {largest:e}"

@@ -17,7 +17,7 @@ fn rational(value: f64) -> BigRational {
     BigRational::from_float(value).unwrap()
 }
 
-/// The bounds of each method, s: errors of all events of a run.
+/// Bounds of each method, s: errors of all events of a run.
 const METHODS: [(Method, f64, f64); 6] = [
     (Method::Arkode, 1e-10, 1e-9),
     (Method::Arkode, 1e-13, 1e-11),
@@ -30,7 +30,7 @@ const METHODS: [(Method, f64, f64); 6] = [
 #[test]
 fn multiprecision_every_built_in_case_by_every_kind_of_method() {
     for name in TRAINS.iter().map(|case| case.name) {
-        // Bristles of 1e5 per metre hold the oracle to steps of microseconds.
+        // Bristles of 1e5 per metre limit the oracle to steps of microseconds.
         let settings = if name == "lugre-slider" {
             &["output.end_time=12"][..]
         } else {
@@ -54,19 +54,18 @@ fn multiprecision_every_built_in_case_by_every_kind_of_method() {
     }
 }
 
-/// A run of a case, and its certificate with so many digits.
+/// A run of a case, and its certificate with this many digits.
 fn certified(text: &str, changes: &[&str], digits: u32) -> (MemoryRecorder, Certificate) {
     let (_, record, certified) = cases::certified(&source(text), &parsed(changes), digits);
     (record, certified.certificate)
 }
 
-/// The place of a channel among those of the bands.
 fn channel(certificate: &Certificate, name: &str) -> usize {
     let mut channels = certificate.bands.channels.iter();
     channels.position(|channel| channel.name == name).unwrap()
 }
 
-/// The double of 2.3 is below 2.3, where the force has its last corner: the oracle has the corner all the same.
+/// The double of 2.3 is below 2.3, where the force has its last corner. The oracle has the corner nevertheless.
 #[test]
 fn multiprecision_a_corner_at_the_end_is_certified() {
     let text = r#"
@@ -77,7 +76,7 @@ contact = { normal_force = { profile = "table", time = [0.0, 2.3], value = [10.0
 friction = { law = "coulomb", breakaway = 0.6, kinetic = 0.3 }
 output = { end_time = 2.3, interval = 0.1 }
 "#;
-    // A corner beyond the end is none of the run's, though it be so by less than rounding.
+    // A corner beyond the end is no event of the run, even if it is beyond by less than rounding.
     for (changes, events) in [(&[][..], 1), (&["output.end_time=2.2999999999999994"][..], 0)] {
         let (_, certificate) = certified(text, changes, 18);
         assert_eq!(certificate.events.len(), events);
@@ -91,8 +90,8 @@ output = { end_time = 2.3, interval = 0.1 }
     }
 }
 
-/// A regularised contact, and a kick that takes |omega_r| below its threshold or above it: an event of every method and of the oracle,
-/// at the time of the kick.
+/// A regularised contact, and a kick that takes |omega_r| below or above its threshold: an event of every method and
+/// of the oracle, at the time of the kick.
 #[test]
 fn multiprecision_a_kick_across_the_threshold_is_an_event() {
     let text = |kick: &str| {
@@ -125,7 +124,7 @@ perturbation = [{{ kind = "kick", {kick} }}]
         };
         assert_eq!((next.kind, next.time), (crossing, kick.time));
         assert_eq!(certificate.verdict, Verdict::Converged, "{:?}", certificate.events);
-        // Sticks and slips take turns.
+        // Sticks and slips alternate.
         let kinds = record.events.iter().map(|event| event.kind);
         let kinds: Vec<_> = kinds.filter(|kind| *kind != EventKind::Kick).collect();
         assert!(kinds.windows(2).all(|pair| pair[0] != pair[1]), "{kinds:?}");
@@ -135,7 +134,6 @@ perturbation = [{{ kind = "kick", {kick} }}]
     }
 }
 
-/// sin x.
 fn sine(x: &BigRational) -> BigRational {
     let (mut sum, mut term) = (BigRational::zero(), x.clone());
     let mut n = BigRational::one();
@@ -148,8 +146,9 @@ fn sine(x: &BigRational) -> BigRational {
     sum
 }
 
-/// A harmonic normal force that opens the contact soon, far smaller until then than its mean and amplitude. All methods share its zero
-/// and its values; what rounding makes of them is in the ladder's uncertainty and in the bands.
+/// A harmonic normal force that opens the contact soon, and until then is far smaller than its mean and amplitude. All
+/// methods share its zero and its values; the effect of their rounding is in the ladder's uncertainty and in the
+/// bands.
 #[test]
 fn multiprecision_a_ladder_covers_the_rounding_of_the_normal_force() {
     let text = r#"
@@ -194,7 +193,7 @@ output = { end_time = 0.5, interval = 0.001 }
     assert!(checked > 200, "{checked}");
 }
 
-/// Bristles of an open contact are not deflected.
+/// Bristles of an open contact have no deflection.
 #[test]
 fn analytic_bristles_are_at_rest_while_the_contact_is_open() {
     let text = r#"
@@ -218,7 +217,7 @@ output = { end_time = 1.5, interval = 0.01 }
     assert!(rows.clone().any(|index| deflection(index).abs() > 1e-3));
 }
 
-/// The wall time that a case allows a run is that of the oracle, too. It would take far longer for so many digits.
+/// The wall time that a case allows a run also limits the oracle, which would take far longer for this many digits.
 #[test]
 #[ignore = "takes half a minute"]
 fn property_the_oracle_keeps_to_the_wall_time_of_the_case() {
@@ -227,11 +226,11 @@ fn property_the_oracle_keeps_to_the_wall_time_of_the_case() {
     let (_, certificate) = certified(&source.text, &["solver.method=series", "solver.max_wall_time=3"], 400);
     let why = certificate.without_oracle.expect("no oracle");
     says(&why, &["is allowed 3.0 s", "--max-wall-time"]);
-    // Three seconds of the oracle, and the runs of the ladder; the rest is left to a machine that has other things to do.
+    // Three seconds for the oracle, and the runs of the ladder; the rest is for a machine with other load.
     assert!(clock.elapsed() < Duration::from_secs(60), "{:?}", clock.elapsed());
 }
 
-/// A mass on a belt, and a flywheel shaken on the ground.
+/// A mass on a belt, and a flywheel on ground that is shaken.
 const SATURATED: [&str; 2] = [
     r#"
 title = "a mass on a belt"
@@ -255,15 +254,15 @@ output = { end_time = 0.1928, interval = 0.005 }
 "#,
 ];
 
-/// Far from rest tanh is 1 to all digits, and none of its coefficients tells of the side on which it is not: no step of the
-/// series goes there.
+/// Far from rest tanh is 1 to all digits, and none of its coefficients shows the side on which it is not. No step of
+/// the series goes there.
 #[test]
 fn multiprecision_a_saturated_tanh() {
     for text in SATURATED {
         let case = by(&written(text, &[]), Method::Series);
         let truth = truth((&source(text), &[]), &case, 20).unwrap();
         let worst = from_truth(text, &recorded(&case).events, &truth);
-        // Some roundings of each of up to 500 steps.
+        // Some roundings in each of up to 500 steps.
         assert!(worst < 1e-13, "{worst:e} s");
     }
 }

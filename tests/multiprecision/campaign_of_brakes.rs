@@ -1,9 +1,9 @@
-//! The campaign: certificates of random brakes against the oracle, over wide ranges and where those end.
+//! The campaign: certificates of random brakes against the oracle, over wide ranges of parameters and at their limits.
 //!
 //!     STICKSLIP_CAMPAIGN=0..2000 cargo test --release --test multiprecision campaign_of_brakes -- --ignored --nocapture
 //!
-//! prints the tables of docs/accuracy.md. The criterion: an event said to be converged is no farther from the oracle than
-//! its uncertainty, up to the rounding of a double, and a converged sequence is the oracle's.
+//! prints the tables of docs/accuracy.md. The criterion: a converged event is no farther from the oracle than its
+//! uncertainty, up to the rounding of a double, and a converged sequence is the oracle's.
 
 use crate::common::campaign::{
     Fate, Outcome, run,
@@ -11,7 +11,7 @@ use crate::common::campaign::{
 };
 use std::ops::Range;
 
-/// Without STICKSLIP_CAMPAIGN: some minutes of one processor.
+/// Default without STICKSLIP_CAMPAIGN: some minutes on one processor.
 const DEFAULT: Range<u64> = 0..22;
 
 fn check(outcomes: &[Outcome]) {
@@ -28,7 +28,7 @@ fn check(outcomes: &[Outcome]) {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
     let broken = broken_promises(outcomes);
     assert!(broken.is_empty(), "{}", broken.join("\n"));
-    // What cannot be held must not pass for what holds.
+    // A case that cannot be compared must not count as a success.
     let held = outcomes
         .iter()
         .filter(|outcome| matches!(outcome.fate, Fate::Certified(_)))

@@ -13,12 +13,11 @@ use stickslip::case::{Case, CaseSource};
 use stickslip::record::{Channels, MemoryRecorder, Sample, State};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
-/// One of the first `count` numbers.
 fn below(random: &mut Random, count: usize) -> usize {
     (random.next() * count as f64) as usize
 }
 
-/// A number with few digits, log-uniform between two.
+/// A number with few digits, log-uniform between two limits.
 fn spread(random: &mut Random, from: f64, to: f64) -> String {
     let value = from * (to / from).powf(random.next());
     format!("{value:.2e}")
@@ -64,7 +63,7 @@ fn signal(random: &mut Random, mean: f64, end: f64) -> String {
     }
 }
 
-/// A friction law with its numbers, and the largest coefficient at rest.
+/// A friction law with its parameters, and the largest coefficient at rest.
 fn friction(random: &mut Random) -> String {
     let high = 0.2 + 0.3 * random.next();
     let low = high + 0.3 * random.next();
@@ -90,7 +89,6 @@ fn friction(random: &mut Random) -> String {
     format!("breakaway = {breakaway:.3}\n{law}")
 }
 
-/// Random system number `index` as the text of a case.
 fn system(index: u64) -> String {
     let random = &mut Random(0x7a11_0000 + 1009 * index);
     let end = 40.0;
@@ -153,7 +151,6 @@ fn system(index: u64) -> String {
     text
 }
 
-/// The systems of the campaign.
 fn systems() -> impl Iterator<Item = (u64, CaseSource)> {
     let number = |name: &str, default: u64| {
         let text = std::env::var(name).ok();
@@ -164,15 +161,15 @@ fn systems() -> impl Iterator<Item = (u64, CaseSource)> {
     indices.map(|index| (index, source(&system(index))))
 }
 
-/// The bounds of each method, s, where the uncertainty of the double-precision data itself is below them.
+/// Bounds of each method, s, where the uncertainty of the double-precision data itself is below them.
 const METHODS: [(Method, f64, f64); 3] = [
     (Method::Cvode, 1e-10, 1e-9),
     (Method::Arkode, 1e-13, 1e-11),
     (Method::Series, 1e-10, 1e-12),
 ];
 
-/// The methods whose samples are held against those of the series, and the bounds of their events (s) and of every channel: as
-/// a share of its largest value, of energies as a share of the energy turned over.
+/// Methods whose samples are compared with those of the series. Bounds of their events (s) and of every channel: as a
+/// share of its largest value, for energies as a share of the energy turnover.
 const SAMPLED: [(Method, f64, f64); 5] = [
     (Method::Arkode, 1e-9, 1e-7),
     (Method::Erk, 1e-9, 1e-7),
@@ -192,7 +189,7 @@ fn by(case: &Case, method: Method, rtol: f64) -> Result<(MemoryRecorder, RunRepo
     Ok((recorder, report))
 }
 
-/// The largest difference of any channel at the same samples, and which.
+/// The largest difference of any channel at the same samples, and the channel.
 fn farthest(exact: &[Sample], found: &[Sample], turnover: f64) -> (&'static str, f64) {
     let names = State::DESCRIPTIONS
         .iter()
@@ -221,7 +218,7 @@ fn farthest(exact: &[Sample], found: &[Sample], turnover: f64) -> (&'static str,
     worst
 }
 
-/// Every channel of the samples, works and energies among them, by every kind of method.
+/// Every channel of the samples, including works and energies, by every kind of method.
 #[test]
 #[ignore = "minutes; CI runs it"]
 fn property_channels_of_random_trains_agree() {
@@ -233,7 +230,7 @@ fn property_channels_of_random_trains_agree() {
             continue;
         };
         case.output.follow.around = None;
-        // What fails by the series fails by all: a chattering, or the end of a law.
+        // A case that fails by the series fails by every method: it chatters, or reaches the end of a law.
         let Ok((exact, turned)) = by(&case, Method::Series, case.solver.rtol) else {
             continue;
         };
@@ -336,7 +333,7 @@ fn multiprecision_random_trains() {
             if largest > bound {
                 failures.push(format!("{label}: {largest:e} s"));
             }
-            // What the ladder alone would have said.
+            // The ladder's own uncertainty, without the oracle.
             for event in &certificate.events {
                 if let (Verdict::Converged, Some(error)) = (event.ladder_verdict, event.true_error) {
                     by_ladder += 1;

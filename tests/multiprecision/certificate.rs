@@ -19,7 +19,8 @@ fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, 
     (case, recorder.events, certificate)
 }
 
-/// Holds every certified event against the oracle and returns uncertainty over true error of each event of the sequence.
+/// Compares every certified event with the oracle, and returns the uncertainty over the true error of each event of
+/// the sequence.
 fn check(name: &str, source: &CaseSource, overrides: &[Override], digits: u32) -> Vec<f64> {
     let (case, events, certificate) = certified(source, overrides);
     let truth = exact_events(source, overrides, case.output.end_time, digits);
@@ -68,13 +69,13 @@ fn multiprecision_certified_uncertainties_cover_the_errors_of_the_papers_brake()
         let middle = median(ratios.clone());
         println!("{name}: {} events, median {middle:.1}", ratios.len());
         assert!(ratios.len() > 90);
-        // The promise of the documentation: useful, not only safe.
+        // The promise of the documentation: uncertainties are useful, not only safe.
         assert!(middle < 100.0, "{name}: {middle}");
     }
 }
 
-/// With a small rtol `arkode` and `erk` have one error: the same pair, through the same growth. At 1e-12 they are 4e-15 s from
-/// each other in `release`, and 3e-13 s from the truth.
+/// With a small rtol `arkode` and `erk` have the same error: the same pair, through the same growth. At 1e-12 their
+/// difference is 4e-15 s in `release`, and their error is 3e-13 s.
 #[test]
 fn multiprecision_certified_uncertainties_cover_what_arkode_and_erk_share() {
     let source = CaseSource::built_in("release").unwrap();
@@ -85,8 +86,8 @@ fn multiprecision_certified_uncertainties_cover_what_arkode_and_erk_share() {
     assert!(ratios.len() > 130 && middle < 100.0);
 }
 
-/// Where nothing damps the fast mode over thousands of periods the ladder is a short one, and the linearised run one of
-/// `series`. Its uncertainties cover the errors all the same, for a result of SUNDIALS and for one of `series`.
+/// Where nothing damps the fast mode over thousands of periods the ladder is short, and the linearised run is one of
+/// `series`. The uncertainties cover the errors nevertheless, for a result of SUNDIALS and for one of `series`.
 #[test]
 #[ignore = "takes half a minute"]
 fn multiprecision_certified_uncertainties_cover_the_errors_without_damping() {
@@ -137,7 +138,7 @@ fn random_sets(indices: impl Iterator<Item = u64>) {
             assert_eq!(certificate.verdict, Verdict::NoiseDetermined, "{name}");
             continue;
         }
-        // 38 digits less a growth of e^25 at most.
+        // 38 digits minus a growth of e^25 at most.
         ratios.extend(check(&name, &source, &overrides, 33));
     }
     let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
@@ -160,8 +161,8 @@ fn multiprecision_certified_uncertainties_cover_the_errors_of_twenty_brakes() {
     random_sets(0..how_many());
 }
 
-/// What the ladder says of a short brake is true. What it is made to say here is not: a bound that is too small, and events
-/// that are not there.
+/// The ladder's statement about a short brake is true. Falsified statements are contradicted: a bound that is too
+/// small, and events that do not exist.
 #[test]
 fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     let overrides = [
@@ -198,12 +199,12 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
         said.contains("1 of") && said.contains("1.000e-17 s was the bound"),
         "{said}"
     );
-    // Of the event the oracle's distance is what counts, and is converged.
+    // For this event the oracle's distance counts, and is converged.
     assert_eq!(narrow.verdict, Verdict::Converged);
     assert_eq!(narrow.events[index].uncertainty, true_one.events[index].uncertainty);
     assert!(short(&narrow, 5).is_some_and(|text| text.contains(&said)));
 
-    // A stick and a slip that the result has not: the others keep their partners.
+    // The result lacks a stick and a slip: the other events keep their partners.
     let mut lacking = result.events.clone();
     let stick = lacking.iter().position(|event| event.kind == EventKind::Stick).unwrap();
     let mut other = true_one.clone();
@@ -218,14 +219,14 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     assert!(said.contains("2 more"), "{said}");
 }
 
-/// Nothing of it is called converged from the first stick on; with a kick all of it is.
+/// Without a kick no event is converged from the first stick on; with a kick all events are.
 #[test]
 fn multiprecision_unperturbed_is_called_noise() {
     let source = CaseSource::built_in("unperturbed").unwrap();
     let (_, _, certificate) = certified(&source, &[]);
     assert_eq!(certificate.verdict, Verdict::NoiseDetermined);
     assert_eq!(certificate.least_digits(), Some(0));
-    // `series` alone is free of rounding, and comes to the exact stop of the 120-digit run; it changes no verdict.
+    // `series` alone is free of rounding, and finds the exact stop of the 120-digit run. This changes no verdict.
     for rung in &certificate.ladder {
         assert_eq!(rung.smooth_stop, rung.method == "series", "{rung:?}");
         if rung.smooth_stop {
@@ -233,7 +234,7 @@ fn multiprecision_unperturbed_is_called_noise() {
             assert!((rung.onset.unwrap() - 6.987986682084469).abs() < 1e-12);
         }
     }
-    // Nor does it where the result is its own: it is no witness of itself.
+    // Nor does it if the result is its own, because it is no witness of itself.
     let series = Override::parse("solver.method=series").unwrap();
     let (_, events, own) = certified(&source, &[series]);
     assert_eq!(events.iter().filter(|e| e.kind.in_event_sequence()).count(), 1);
@@ -251,8 +252,8 @@ fn multiprecision_unperturbed_is_called_noise() {
     assert!(certificate.least_digits() >= Some(9));
 }
 
-/// An uncertainty by the oracle is the distance to its event and its own error, rounded up: as exact numbers it covers them,
-/// where the nearest double is below half of the time. So is a bound that is printed.
+/// An uncertainty by the oracle is the distance to its event plus its own error, rounded up. As exact numbers it
+/// covers both, where the nearest double would be below half of the time. So does a printed bound.
 #[test]
 fn multiprecision_uncertainties_by_the_oracle_are_rounded_up() {
     let (_, record, certified) = with_oracle(&CaseSource::built_in("hairer").unwrap(), &[], 30);

@@ -8,11 +8,12 @@ use stickslip::model::system::System;
 use stickslip::model::{Mode, nearest_double};
 use stickslip::oracle::rational;
 
-/// From the state of each stick event to the slip that ends it, by how much the rotor's speed changes. That takes a sum for
-/// each binary digit of the duration, eight or so, each rounded by half a unit in the last place of the speed: four units
-/// at most, and as these have no preferred sign, their sum over all sticks is some units times the square root of the
-/// number of sticks. What has one sign in every stick adds up instead, and moves the last events of a long stick-slip.
-/// With the rotor's speed as the sum of u' and v' it was 170 units in a stick, and nearly all of one sign.
+/// The change of the rotor's speed from the state of each stick event to the slip that ends it. This takes a sum for
+/// each binary digit of the duration, about eight, each rounded by half a unit in the last place of the speed: four
+/// units at most. These roundings have no preferred sign, so that their sum over all sticks is some units times the
+/// square root of the number of sticks. An error with one sign in every stick would add up, and move the last events
+/// of a long stick-slip. With the rotor's speed as the sum of u' and v' it was 170 units in a stick, nearly all of one
+/// sign.
 #[test]
 fn multiprecision_sticks_change_the_rotor_speed_without_bias() {
     for (name, case) in [("paper", "paper"), ("paper-si", "si-kick")] {

@@ -6,7 +6,6 @@ use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind};
 
-/// The events of a run and of the oracle, of `paper-si` with these changes.
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
     let overrides = parsed(settings);
     let source = CaseSource::built_in("paper-si").unwrap();
@@ -16,7 +15,7 @@ fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
     (recorder.events, exact)
 }
 
-/// A brake that grips, lets go to nothing, and grips again after a rest of `rest` (s).
+/// A brake that grips, releases to zero, and grips again after a rest of `rest` (s).
 fn released(rest: f64, end: f64, more: &[&str]) -> Vec<String> {
     let (open, grip) = (0.06, format!("{:.5}", 0.06 + rest));
     let last = format!("{:.5}", 0.06 + rest + 0.01);
@@ -35,7 +34,7 @@ fn released(rest: f64, end: f64, more: &[&str]) -> Vec<String> {
     settings
 }
 
-/// The same events in the same order, separations and contacts to a unit of the double that holds their time.
+/// The same events in the same order; separations and contacts agree to a unit of the double that holds their time.
 fn check(name: &str, settings: &[String]) -> Vec<EventKind> {
     let (events, exact) = both(settings);
     let kinds: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
@@ -43,7 +42,7 @@ fn check(name: &str, settings: &[String]) -> Vec<EventKind> {
     assert_eq!(kinds, expected, "{name}");
     for (event, exact) in events.iter().zip(&exact) {
         let error = difference(event.time, &exact.time).abs();
-        // A unit in the last place; and the rounding of F and its slope, of 2000 N and 2e5 N/s here, in a separation.
+        // A unit in the last place; in a separation also the rounding of F and its slope, of 2000 N and 2e5 N/s here.
         let allowed = f64::EPSILON * event.time + 1e-17;
         let by_force = matches!(
             event.kind,
@@ -59,9 +58,9 @@ fn check(name: &str, settings: &[String]) -> Vec<EventKind> {
     kinds
 }
 
-/// After a rest the pressing force grows from what still rings with the square of the time, so that a rounding of 1e-13 N in
-/// it is 3e-11 s in the time of contact. Nothing is lost of the ringing, however short or long the rest was: from 6 to 700
-/// e-folds of it, and at 1.2 s fewer than a double can hold.
+/// After a rest the pressing force grows from the remaining ringing with the square of the time, so that a rounding of
+/// 1e-13 N in it is 3e-11 s in the time of contact. No part of the ringing is lost, however short or long the rest: it
+/// decays by 6 to 700 e-folds, and at 1.2 s is below the range of doubles.
 #[test]
 fn multiprecision_contact_after_a_rest_is_exact() {
     for rest in [0.006, 0.0127, 0.0181, 0.0269, 0.0432, 0.0711, 0.31, 1.2] {
@@ -71,8 +70,8 @@ fn multiprecision_contact_after_a_rest_is_exact() {
     }
 }
 
-/// Other regimes of the axial mode, and other floors. Without damping, or with very little, the ringing never falls below
-/// the floor; with more than critical damping it does not ring at all.
+/// Other regimes of the axial mode, and other floors. Without damping, or with very little, the ringing never falls
+/// below the floor; above critical damping there is no ringing.
 #[test]
 fn multiprecision_contact_in_every_regime_of_the_axial_mode() {
     for rest in [0.0113, 0.0417, 0.2] {
@@ -93,7 +92,7 @@ fn multiprecision_contact_in_every_regime_of_the_axial_mode() {
     }
 }
 
-/// A smaller floor leaves out fewer touches, and changes no other event.
+/// A higher floor omits touches, and changes no other event.
 #[test]
 fn property_the_floor_only_leaves_out_touches() {
     let contacts = |floor: &str| {
@@ -138,8 +137,8 @@ fn multiprecision_disks_at_rest_touch_when_they_are_pressed() {
     );
 }
 
-/// At one instant: the corner, then the contact that belongs to it, then kicks in the order of the case. Kicks that turn the
-/// slip make the order one of the sequence of events.
+/// At one instant the corner comes first, then the contact that belongs to it, then kicks in the order of the case.
+/// Kicks that reverse the slip make this order visible in the sequence of events.
 #[test]
 fn multiprecision_events_of_one_instant_have_one_order() {
     for rest in [0.0127, 0.31, 0.3104, 1.2] {

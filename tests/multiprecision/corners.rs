@@ -1,7 +1,7 @@
-//! Forces that come down to zero at a corner, just before or behind it, or only touch it, against the oracle.
+//! Forces that fall to zero at a corner, just before or after it, or only touch zero, against the oracle.
 //!
-//! `STICKSLIP_CORNERS=0..400 cargo test --release --test multiprecision corners_long -- --ignored --nocapture` takes more brakes
-//! and blocks than the default.
+//! `STICKSLIP_CORNERS=0..400 cargo test --release --test multiprecision corners_long -- --ignored --nocapture` takes more
+//! brakes and blocks than the default.
 
 use crate::common::campaign::corners;
 use crate::common::campaign::hold_drawn;
@@ -20,8 +20,8 @@ fn range(default: Range<u64>) -> Range<u64> {
     ends.unwrap_or(default)
 }
 
-/// The events of a case by these methods against the oracle's: all kinds but corners in their order, separations and contacts to
-/// the last place of a time, others within `allowed` (s). Returns what differs.
+/// Compares the events of a case by these methods with the oracle's: all kinds except corners in their order,
+/// separations and contacts to the last place of a time, other events within `allowed` (s). Returns the differences.
 fn differs(source: &CaseSource, settings: &[String], methods: &[Method], allowed: f64) -> Vec<String> {
     let changes = parsed(settings);
     let mut case = Case::read(source, &changes).unwrap_or_else(|error| panic!("{error}\n{}", source.text));
@@ -39,7 +39,7 @@ fn differs(source: &CaseSource, settings: &[String], methods: &[Method], allowed
     for &method in methods {
         case.solver.method = method;
         let events = recorded(&case).events;
-        // Where a change of the contact has the time of a corner in doubles, the corner may stand before it.
+        // Where a change of the contact has the time of a corner in doubles, the corner may come before it.
         let events: Vec<_> = events.iter().filter(|event| event.kind != EventKind::Corner).collect();
         let kinds: Vec<&str> = events.iter().map(|event| event.kind.name()).collect();
         let expected: Vec<&str> = exact.iter().map(|event| event.kind.name()).collect();
@@ -73,7 +73,7 @@ fn differs(source: &CaseSource, settings: &[String], methods: &[Method], allowed
     found
 }
 
-/// A brake whose force comes down to `end` (N) at 0.31578 s. It has stopped ringing 0.2 s before.
+/// A brake whose force falls to `end` (N) at 0.31578 s. It has stopped ringing 0.2 s before.
 fn released(end: &str, then: &str, more: &[&str]) -> Vec<String> {
     let actuation = format!(
         "actuation={{profile=\"table\", time=[0, 0.0059, 0.05892, 0.31578{}], force=[0, 5359.15, 5359.15, {end}{}]}}",
@@ -102,7 +102,8 @@ fn released(end: &str, then: &str, more: &[&str]) -> Vec<String> {
 
 const METHODS: [Method; 4] = [Method::Series, Method::Cvode, Method::Arkode, Method::Esdirk];
 
-/// Zero at the corner, a force on either side of it that a double of its size does not hold, and kicks and steps there.
+/// Zero at the corner, or a force on either side of zero that is below the rounding of the applied force, with kicks
+/// and steps there.
 #[test]
 fn multiprecision_a_release_to_zero_opens_the_contact_once() {
     let brake = CaseSource::built_in("paper-si").unwrap();
@@ -154,13 +155,13 @@ fn table(random: &mut Random, count: usize) -> String {
     format!("{{ profile = \"table\", time = [{times}], value = [{values}] }}")
 }
 
-/// A block on a moving belt, or a mass that slides to its stop, under a given force that is zero now and then.
+/// A block on a moving belt, or a mass that slides to its stop, under a given force that is sometimes zero.
 fn block(index: u64) -> String {
     let random = &mut Random(0x0c0f_fee0 + 7919 * index);
     let count = 4 + (random.next() * 6.0) as usize;
     let own = table(random, count);
     let force = match index % 3 {
-        // Decimals whose sum is zero, but not that of the doubles.
+        // Decimals whose sum is zero, although the sum of their doubles is not.
         0 => format!(
             "{{ profile = \"sum\", signals = [0.1, 0.2, -0.3, {own}, {{ profile = \"ramp\", value = -0.1, rise_time = 0.7 }}, {{ \
              profile = \"ramp\", value = 0.1, rise_time = 0.7 }}] }}"
@@ -212,8 +213,8 @@ fn multiprecision_corners_long_given_forces_that_are_zero_at_corners() {
     blocks(range(0..200));
 }
 
-/// A force that touches zero at a corner and steps up there. Ringing below rounding separates the surfaces for 3.4e-18 s,
-/// less than the spacing of doubles: neither methods nor certificate count it.
+/// A force that touches zero at a corner and steps up there. Ringing below rounding separates the surfaces for 3.4e-18
+/// s, less than the spacing of doubles: neither methods nor certificate count it.
 #[test]
 fn multiprecision_a_separation_below_the_spacing_of_doubles_is_a_touch() {
     let outcome = hold_drawn(32, &corners::draw(32));
@@ -221,8 +222,8 @@ fn multiprecision_a_separation_below_the_spacing_of_doubles_is_a_touch() {
     assert!(outcome.held.len() > 4);
 }
 
-/// Certificates of brakes that let go at a corner where the force is zero or almost: no event is farther from the oracle than
-/// certified, and none is missing.
+/// Certificates of brakes that release at a corner where the force is zero or almost zero: no event is farther from
+/// the oracle than certified, and none is missing.
 #[test]
 #[ignore = "minutes; CI runs it"]
 fn multiprecision_corners_long_certificates_of_releases_hold() {

@@ -1,7 +1,7 @@
 //! Every event and sample of the independent multiprecision code (data/truth), by every method.
 //!
-//! The tolerances are those that the program promises: 1e-9 s by default, 1e-11 s at rtol = 1e-13, by `cvode` as well, for the
-//! pure methods 1e-6 s and 3e-8 s, and for `series` 1e-12 s at any rtol from the default on.
+//! The tolerances are those that the program promises: 1e-9 s by default and 1e-11 s at rtol = 1e-13, also for
+//! `cvode`; 1e-6 s and 3e-8 s for the pure methods; and 1e-12 s for `series` at any rtol from the default on.
 
 use crate::common::random_brakes::{difference, exact_events};
 use crate::common::{disks, event_sequence, largest_event_error, largest_sample_error, output, run, solver, truth};
@@ -24,7 +24,7 @@ fn check(case: &str, method: Method, rtol: f64, limit: f64) {
     );
     assert!(error < limit, "{case}: an event is off by {error:e} s");
     if matches!(method, Method::Arkode | Method::Series) {
-        // What a sample may be off by before the kick is amplified until the first stick.
+        // Largest error of a sample before the kick has been amplified to the first stick.
         let limit = if rtol > 1e-9 { 1e-6 } else { 1e-8 };
         assert!(sample_error < limit, "{case}: {worst} is off by {sample_error:e}");
     }
@@ -34,8 +34,8 @@ fn default_rtol() -> f64 {
     SolverOptions::default().rtol
 }
 
-/// Every method on `paper` and `paper-si`, whose kick is far from its noise. On `paper` it is near the noise of BDF: of the pure
-/// methods nothing is promised, and they are held to ten times what docs/methods.md says.
+/// Every method on `paper` and `paper-si`, whose kick is far above its noise. On `paper` the kick is near the noise of
+/// BDF: nothing is promised for the pure methods, and they must reach ten times the errors of docs/methods.md.
 #[test]
 fn multiprecision_every_method_keeps_its_promise() {
     let default = default_rtol();
@@ -66,14 +66,15 @@ fn by_series(case: &str) {
     }
 }
 
-/// Without a kick the exact brake slides on over its unstable stretch, to one stick; so does `series`, which strides over
-/// the fast mode and damps what rounding puts into it. No other method can.
+/// Without a kick the exact brake slides over its unstable stretch to one stick. So does `series`, which steps over
+/// the fast mode and damps the rounding in it. No other method can.
 #[test]
 fn multiprecision_unperturbed_series() {
     by_series("si-unperturbed");
 }
 
-/// CVODE on its best path keeps what `arkode` promises; in `release` against the oracle, whose events no file holds.
+/// CVODE with its best settings keeps the promise of `arkode`; in `release` against the oracle, whose events are in no
+/// file.
 #[test]
 fn multiprecision_release_cvode() {
     let source = CaseSource::built_in("release").unwrap();
@@ -102,8 +103,8 @@ fn multiprecision_release_cvode() {
     }
 }
 
-/// The slow manifold at the samples before the kick, from nothing but the momentum of the true state: all of the state
-/// to 1e-13 of its size, far from the instability and 60 ms before the stop.
+/// The slow manifold at the samples before the kick, from the momentum of the true state alone: the whole state to
+/// 1e-13 of its size, far from the instability and 60 ms before the stop.
 #[test]
 fn multiprecision_slow_manifold() {
     use stickslip::model::equations::SystemEquations;
@@ -131,7 +132,7 @@ fn multiprecision_slow_manifold() {
                 (speed, "theta_dot"),
             ] {
                 let error = (slow[component] - value(name)).abs();
-                // The given momentum itself is good to the rounding of theta_dot, 1e-16 of 60 rad/s at most.
+                // The given momentum has the rounding of theta_dot, 1e-16 of 60 rad/s at most.
                 let size = value(name).abs().max(1e-12);
                 println!("{case} {} {name} {error:e} {size:e}", sample.time);
                 assert!(

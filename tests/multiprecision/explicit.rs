@@ -8,9 +8,9 @@ use stickslip::analysis::work_precision::{self, MethodErrors, PrecisionStudy, St
 use stickslip::case::CaseSource;
 use stickslip::simulation::{Method, SolverOptions};
 
-/// Every pair finds all events of a brake in their order, within what the methods without a choice of solver promise: 1e-6 s.
-/// Below order 4 that takes so many steps at the default tolerance that these pairs are held to it at a larger one, `second` for
-/// those of order 2.
+/// Every pair finds all events of a brake in their order, within the promise for methods without a choice of solver:
+/// 1e-6 s. Below order 4 this takes so many steps at the default tolerance that these pairs are tested at a larger
+/// one, `second` for those of order 2.
 fn every_pair_finds_every_event(settings: &[&str], second: f64) {
     let case = built_in("paper-si", settings);
     let source = CaseSource::built_in("paper-si").unwrap();
@@ -40,7 +40,7 @@ fn every_pair_finds_every_event(settings: &[&str], second: f64) {
     }
 }
 
-/// A stop from 7 rad/s, which has the sticks and slips of one from 100 rad/s and a tenth of the sliding before them.
+/// A stop from 7 rad/s, with the same sticks and slips as one from 100 rad/s and a tenth of the sliding before them.
 #[test]
 #[ignore = "long: all 23 pairs"]
 fn multiprecision_long_every_pair_finds_every_event() {
@@ -55,7 +55,7 @@ fn multiprecision_long_every_pair_finds_every_event_of_paper_si() {
     every_pair_finds_every_event(&[], 1e-7);
 }
 
-/// The tolerance decides: three digits more of it are more than one digit more of the events.
+/// Three more digits of the tolerance give more than one more digit of the events.
 #[test]
 fn multiprecision_a_smaller_tolerance_is_more_accurate() {
     let truth = truth("si-kick");
@@ -84,9 +84,9 @@ fn study(text: &str) -> PrecisionStudy {
 const SERIES: &str =
     "case = \"paper-si\"\n[[series]]\nmethods = [\"auto\", \"cvode-bdf\"]\ntolerances = [1e-6, 1e-9]\n";
 
-/// The errors of a study are those that a direct comparison with the true events gives; and by reference runs instead of
-/// the true events they change by no more than the uncertainty that these state, some 1e-13 s, and a factor for the
-/// reference's own share of it.
+/// The errors of a study are those of a direct comparison with the true events. With reference runs instead of the
+/// true events they change by no more than the stated uncertainty of these runs, some 1e-13 s, and a factor for the
+/// reference's own error.
 #[test]
 fn multiprecision_a_study_measures_the_errors() {
     let truth = truth("si-kick");

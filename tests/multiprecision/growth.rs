@@ -1,4 +1,5 @@
-//! The instability: seen by every method, its growth against the multiprecision run without a perturbation.
+//! The instability: every method sees it, and its growth is compared with the multiprecision run without a
+//! perturbation.
 
 use crate::common::{output, run, solver, truth};
 use stickslip::analysis::{Growth, Summary};
@@ -32,7 +33,7 @@ fn property_noise_is_called_noise() {
     let (_, report) = run(&parameters, &SolverOptions::default(), &output(7.1, 0.1));
     let summary = Summary::of_run(&System::from(&parameters), &report);
     assert!(summary.noise_determined);
-    // The exact run has one stick; this one has what its rounding makes.
+    // The exact run has one stick; this run has those that its rounding makes.
     assert!(summary.sticks > 1);
     parameters.perturbations = vec![DiskKick {
         time: KickTime::Instability,
@@ -42,8 +43,8 @@ fn property_noise_is_called_noise() {
     assert!(!Summary::of_run(&System::from(&parameters), &report).noise_determined);
 }
 
-/// A kick that turns the sliding round, seconds before, takes the margin of stability through zero and back and is damped
-/// out: the instability is the one that lasts, and what grows from it is rounding as without a kick.
+/// A kick that reverses the sliding, seconds before, takes the margin of stability through zero and back, and is
+/// damped out. The instability is the last one, and its growth starts from rounding as without a kick.
 #[test]
 fn property_a_large_early_kick_leaves_the_onset_to_noise() {
     let mut parameters = truth("si-unperturbed").parameters;
@@ -68,7 +69,7 @@ fn property_a_large_early_kick_leaves_the_onset_to_noise() {
     );
 }
 
-/// G belongs to the case: it does not depend on where the run ends.
+/// G belongs to the case: it does not depend on the end time of the run.
 #[test]
 fn property_growth_exponent_is_that_of_the_whole_slide() {
     let parameters = truth("si-unperturbed").parameters;
@@ -82,7 +83,7 @@ fn property_growth_exponent_is_that_of_the_whole_slide() {
     assert!((cut - whole).abs() < 1e-3 * whole, "{cut} {whole}");
 }
 
-/// The same by `series`, which stays on smooth sliding: one stick, the exact one, and nothing to warn of.
+/// The same by `series`, which stays on smooth sliding: one stick, the exact one, and no warning.
 #[test]
 fn multiprecision_smooth_sliding_is_not_noise() {
     let truth = truth("si-unperturbed");
@@ -96,9 +97,9 @@ fn multiprecision_smooth_sliding_is_not_noise() {
     assert_eq!((summary.sticks, summary.slips), (1, 0));
 }
 
-/// e-folds that the kick gains, by the eigenvalues, against the amplitudes: from half the kick on each surface to a
-/// relative velocity that reaches zero, so the oscillation has the size of the sliding speed. Within one e-fold, as the
-/// phase of the crossing and the nonlinearity of the last periods are open.
+/// Growth of the kick in e-folds, by the eigenvalues, against the amplitudes: from half the kick on each surface to a
+/// relative velocity that reaches zero, so that the oscillation has the size of the sliding speed. Within one e-fold,
+/// because the phase of the crossing and the nonlinearity of the last periods are unknown.
 #[test]
 fn multiprecision_kick_grows_as_the_eigenvalues_say() {
     for case in ["paper", "si-kick"] {
@@ -119,10 +120,10 @@ fn multiprecision_kick_grows_as_the_eigenvalues_say() {
     }
 }
 
-/// From the loss of stability to the final stick no step is longer than a nineteenth of the natural period, whatever
-/// the method and however loose the tolerance; the resolved steps are a twentieth. (`series` needs no such bound: its
-/// steps are as long as order 24 allows, and it strides only where the exact solution is smooth sliding, which is held
-/// against that in multiprecision/events.)
+/// From the loss of stability to the final stick no step is longer than a nineteenth of the natural period, for any
+/// method and tolerance; the resolved steps are a twentieth. (`series` needs no such bound: its steps are as long as
+/// order 24 allows, and it steps over the fast mode only where the exact solution is smooth sliding, which
+/// multiprecision/events compares.)
 #[test]
 fn property_no_method_strides_over_the_instability() {
     let truth = truth("si-kick");
@@ -139,7 +140,7 @@ fn property_no_method_strides_over_the_instability() {
             let time = |kind| recorder.events.iter().filter(move |e| e.kind == kind).map(|e| e.time);
             let start = time(EventKind::Destabilised).next().expect("it loses stability");
             let end = time(EventKind::Stick).next_back().expect("it sticks");
-            // Sticks in closed form have no steps: only slips are looked at, sample to sample within a segment.
+            // Sticks in closed form have no steps: only slips are examined, from sample to sample within a segment.
             let longest = recorder
                 .samples
                 .windows(2)

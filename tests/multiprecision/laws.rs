@@ -1,9 +1,9 @@
-//! Every friction law on the paper's brake against the oracle: `arkode` by default and at rtol 1e-13, `series`, and the
-//! certificate.
+//! Every friction law on the paper's brake against the oracle: `arkode` by default and at rtol 1e-13, `series`, and
+//! the certificate.
 //!
 //! The brake is `paper-si` from a low speed, so that the oracle takes a second. Its first stick comes at the end of an
-//! instability, or where the law has none at the end of sliding; a kick in stick-slip, or a force that lets go, makes it
-//! slip again.
+//! instability or, if the law has none, at the end of sliding. A kick in stick-slip, or a release of the force, makes
+//! it slip again.
 
 use crate::common::cases::recorded;
 use crate::common::random_brakes::{Random, difference, exact_events};
@@ -17,13 +17,13 @@ use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational}
 use stickslip::record::{Event, EventKind};
 use stickslip::simulation::natural_period;
 
-/// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
+/// Multiple of the effect of rounding on an event that a method may add by its own arithmetic.
 const OF_ROUNDING: f64 = 100.0;
 
-/// Rounding that may move an event by more than this share of the natural period leaves its place in the oscillation open.
+/// If rounding may move an event by more than this share of the natural period, its place in the oscillation is
+/// unknown.
 const ILL_CONDITIONED: f64 = 0.02;
 
-/// The short brake with a friction table, and more.
 fn overrides(friction: &str, more: &[&str]) -> Vec<Override> {
     let base = [
         "initial.speed=3",
@@ -42,7 +42,7 @@ fn case(overrides: &[Override], more: &[&str]) -> Case {
     Case::read(&CaseSource::built_in("paper-si").unwrap(), &all).unwrap()
 }
 
-/// Kind and distance from the exact event of each event; the sequences are the same.
+/// Kind of each event and its distance from the exact event. The sequences must agree.
 fn errors(events: &[Event], exact: &[OracleEvent], what: &str) -> Vec<(EventKind, f64)> {
     let own: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
     let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
@@ -53,13 +53,14 @@ fn errors(events: &[Event], exact: &[OracleEvent], what: &str) -> Vec<(EventKind
         .collect()
 }
 
-/// By how much rounding may move each event, s.
+/// Largest effect of rounding on each event, s.
 fn rounding(case: &Case) -> Vec<f64> {
     let linearised = linearise(&WrittenCase::of(case), None, &|| false).unwrap();
     linearised.events.iter().map(|event| event.rounding).collect()
 }
 
-/// Holds the methods to the oracle; how many events of the sequence there are, or `None` where rounding decides.
+/// Compares the methods with the oracle. Returns the number of events of the sequence, or `None` where rounding
+/// decides.
 fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     let series = case(overrides, &["solver.method=series"]);
     let allowance = rounding(&series);
@@ -93,8 +94,8 @@ fn hold(overrides: &[Override], what: &str) -> Option<usize> {
     Some(exact.iter().filter(|event| event.kind.in_event_sequence()).count())
 }
 
-/// The same with the certificate, whose uncertainties have to cover what the oracle says; at least so many events of the
-/// sequence.
+/// Also compares the certificate, whose uncertainties must cover the distances from the oracle, and requires at least
+/// this many events of the sequence.
 fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     let overrides = overrides(friction, more);
     let events = hold(&overrides, friction).expect("well-conditioned");
@@ -111,7 +112,7 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     assert_eq!(certificate.contradiction, None, "{friction}");
     for event in &certificate.events {
         let error = event.true_error.expect("the oracle has it").abs();
-        // What the methods' ladder says, before the oracle's word.
+        // The uncertainty of the methods' ladder, before the oracle.
         assert!(
             error <= event.ladder_uncertainty,
             "{friction}: off by {error:.1e} s, of {:.1e}",
@@ -120,7 +121,8 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     }
 }
 
-/// Rising friction and a grip that is let go and taken again: what a law without an instability needs to slip again.
+/// For laws without an instability: rising friction and a grip that is released and applied again, so that they slip
+/// again.
 const GRIP_AGAIN: &str = "actuation={profile=\"table\", time=[0, 0.02, 0.1, 0.12, 0.14, 0.16], \
                           force=[0, 2225, 2225, 300, 300, 2225]}";
 
@@ -142,7 +144,7 @@ fn multiprecision_hyperbolic() {
     );
 }
 
-/// Gauss: flat at rest. Sliding is unstable between two speeds, and stable again below.
+/// A Gaussian curve, flat at rest. Sliding is unstable between two speeds, and stable below both.
 #[test]
 fn multiprecision_stribeck() {
     hold_and_certify(
@@ -152,7 +154,7 @@ fn multiprecision_stribeck() {
     );
 }
 
-/// With the exponents that the law has beside 2, the first of which is the paper's law.
+/// With the other exponents of the law besides 2; the first gives the paper's law.
 #[test]
 fn multiprecision_stribeck_with_other_exponents() {
     for exponent in [1, 3, 4] {
@@ -163,7 +165,7 @@ fn multiprecision_stribeck_with_other_exponents() {
     }
 }
 
-/// Falling and flat where it ends; and a run that gets there.
+/// A law that falls and is flat at its end; and a run that reaches the end.
 #[test]
 fn multiprecision_polynomial() {
     hold_and_certify(
@@ -173,7 +175,7 @@ fn multiprecision_polynomial() {
     );
 }
 
-/// The paper's law by points: 16 of them, and curves between.
+/// The paper's law by 16 points with curves between them.
 const TABLE: &str = "speed=[0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 4], \
                      coefficient=[0.6, 0.552, 0.511, 0.477, 0.449, 0.405, 0.374, 0.352, 0.337, 0.318, 0.309, \
                      0.304, 0.302, 0.3005, 0.3, 0.3]";
@@ -190,7 +192,7 @@ fn multiprecision_table_of_lines() {
     hold_and_certify(&friction, &[], 1);
 }
 
-/// Where the law ends the run does, at the time and the speed that the oracle finds.
+/// Where the law ends the run ends, at the time and the speed that the oracle finds.
 #[test]
 fn multiprecision_beyond_the_polynomial() {
     let overrides = overrides(
@@ -226,7 +228,7 @@ fn multiprecision_beyond_the_polynomial() {
     );
 }
 
-/// A law of a kind (0 to 5) by a number, with parameters around the paper's.
+/// A law of a kind (0 to 5) by a number, with parameters near the paper's.
 fn random_law(kind: usize, index: u64) -> String {
     let mut random = Random(2_000_000 + 100 * kind as u64 + index);
     let (low, high) = (random.within(0.5, 0.6), random.within(0.2, 0.4));
@@ -293,7 +295,7 @@ fn multiprecision_random_laws() {
     }
 }
 
-/// Every law of the program is one of the oracle, too.
+/// The oracle has every law of the program.
 #[test]
 fn multiprecision_the_oracle_has_every_law() {
     for name in FrictionLaw::NAMES {
@@ -311,7 +313,6 @@ fn multiprecision_the_oracle_has_every_law() {
     }
 }
 
-/// One of each.
 const EXAMPLES: &[&str] = &[
     "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
     "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",

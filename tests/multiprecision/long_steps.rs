@@ -1,18 +1,17 @@
-//! Long steps of `series` where sliding does not slow down by itself: against the oracle, and against steps that resolve every mode.
+//! Long steps of `series` where sliding does not slow down by itself: against the oracle, and against steps that
+//! resolve every mode.
 
 use crate::common::cases::{kinds, run, source, truth, written};
 use stickslip::case::Case;
 use stickslip::record::{Event, MemoryRecorder, State};
 use stickslip::simulation::{Method, SolverOptions};
 
-/// The disk of the paper's brake on its shaft.
 const DISK: &str = "inertia = 0.0113\nstiffness = 7.708e6\ndamping = 22.6\n";
 
-/// The paper's law, by which these disks slide stably above 0.55 rad/s, and one that falls little.
+/// The paper's law, with which these disks slide stably above 0.55 rad/s, and one that falls less.
 const STEEP: &str = "low_speed = 0.6\nhigh_speed = 0.3\ndecay = 5";
 const FLAT: &str = "low_speed = 0.4\nhigh_speed = 0.38\ndecay = 0.5";
 
-/// A rotor and a stator at one contact.
 fn case((rotor, stator): (&str, &str), law: &str, more: &str, end: f64) -> String {
     format!(
         "title = \"Long steps\"\n[rotor]\n{rotor}\nend = \"driven\"\n[stator]\n{stator}\nend = \"fixed\"\n\
@@ -30,11 +29,11 @@ fn kick(time: f64, size: f64) -> String {
     format!("[[perturbation]]\nkind = \"kick\"\ntime = {time}\nrelative_velocity = {size}\n")
 }
 
-/// Where steps may be no longer than this (s), every mode is resolved: it is less than four periods of the fastest mode, and longer
-/// than the steps that the series then takes.
+/// With steps no longer than this (s) every mode is resolved: it is less than four periods of the fastest mode, and
+/// longer than the steps that the series then takes.
 const RESOLVED: f64 = 4e-4;
 
-/// Steps, and events.
+/// Number of steps, and events.
 fn by_series(case: &Case, max_step: Option<f64>) -> (u64, MemoryRecorder) {
     let solver = SolverOptions {
         method: Method::Series,
@@ -46,15 +45,15 @@ fn by_series(case: &Case, max_step: Option<f64>) -> (u64, MemoryRecorder) {
     (report.work.iter().map(|work| work.steps).sum(), record)
 }
 
-/// A free rotor behind a soft shaft, whose end slows down: it swings into the unstable range.
+/// A free rotor behind a soft shaft, whose end slows down: it oscillates into the unstable range.
 fn behind_a_soft_shaft() -> String {
     let shafts = "inertia = [0.0113, 2.26]\nstiffness = [7.708e6, 50]\ndamping = [22.6, 0.5]\n";
     shafts.to_owned() + &table(&[0.0, 1.0, 5.0], &[4.0, 4.0, 1.0])
 }
 
-/// Steps are long as long as the fast modes are quiet, and nothing is lost when these turn unstable: drives slow down through the
-/// unstable range, and a kick before it or in it begins the stick-slip. The rotor's, before it, dies down to 1e-8 rad/s first, of
-/// which rounding is a part.
+/// Steps are long while the fast modes are quiet, and no event is lost when these modes become unstable. Drives slow
+/// down through the unstable range, and a kick before it or in it starts the stick-slip. The rotor's kick, before it,
+/// first decays to 1e-8 rad/s, of which rounding is a part.
 #[test]
 fn multiprecision_long_steps_end_before_an_instability() {
     let slower = DISK.to_owned() + &table(&[0.0, 4.0, 6.5], &[3.0, 3.0, 0.4]);
@@ -109,7 +108,7 @@ fn multiprecision_long_steps_end_before_an_instability() {
     }
 }
 
-/// Without any event: the states are those of resolved steps.
+/// Without any event the states equal those of resolved steps.
 #[test]
 fn multiprecision_long_steps_keep_a_quiet_slip() {
     let constant = "inertia = [0.0113, 2.26]\nstiffness = [7.708e6, 50]\ndamping = [22.6, 5]\nspeed = 3.0\n";
@@ -135,7 +134,7 @@ fn multiprecision_long_steps_keep_a_quiet_slip() {
     );
     assert!(worst[0].max(worst[1]) < 1e-12 && worst[2].max(worst[3]) < 1e-17);
 }
-/// The largest difference of events that are the same ones, s, but for kicks and corners, whose times are given.
+/// The largest difference of corresponding events, s, without kicks and corners, whose times are given.
 fn farthest(one: &[Event], times: &[f64]) -> f64 {
     assert_eq!(one.len(), times.len());
     let apart = one.iter().zip(times).map(|(event, time)| (event.time - time).abs());

@@ -1,4 +1,4 @@
-//! Held against the oracle, or against the files of data/truth.
+//! Tests against the oracle, or against the files of data/truth.
 
 #[path = "../common/mod.rs"]
 mod common;

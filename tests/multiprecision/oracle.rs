@@ -11,7 +11,7 @@ use stickslip::model::system::Pressing;
 use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::EventKind;
 
-/// The truth of a case, and the oracle's run of the built-in case it belongs to.
+/// The truth of a case, and the oracle's run of its built-in case.
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {
     let path = format!("{}/data/truth/{truth}.json", env!("CARGO_MANIFEST_DIR"));
     let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
@@ -31,7 +31,7 @@ fn decimal(text: &serde_json::Value) -> BigRational {
     rational(text.as_str().expect("a decimal string")).expect("a decimal")
 }
 
-/// How many digits of `value` agree with `expected`, where `scale` is what the quantity is worth.
+/// Number of digits of `value` that agree with `expected`, relative to `scale`.
 fn digits(value: &ExactDouble, expected: &BigRational, scale: &BigRational) -> f64 {
     let error = (value.to_rational().expect("finite") - expected).abs();
     if error.is_zero() {
@@ -49,7 +49,8 @@ fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
     let expected_kinds: Vec<_> = expected.iter().map(|e| e["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, expected_kinds);
     let (mut times, mut states) = (f64::INFINITY, f64::INFINITY);
-    // An axial velocity is held against that of the ramp, 4e-5 m/s, not against what thousands of e-folds leave of it.
+    // An axial velocity is compared with the scale of the ramp's, 4e-5 m/s, not with the remainder after thousands of
+    // e-folds.
     let least = rational("1e-5").expect("a decimal");
     let largest = |name: &str| {
         let events = expected.iter().map(|e| &e["state_after"][name]);
@@ -81,8 +82,8 @@ fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
     (times, states)
 }
 
-// Times agree to 29 digits and more, states to 24: the truth's 33 digits, less the growth of its rounding, and a state is a
-// time's error multiplied by 2 pi/T_n. The oracle with more digits leaves these numbers as they are.
+// Times agree to 29 digits and more, states to 24: the truth's 33 digits minus the growth of its rounding; the error
+// of a state is the error of a time multiplied by 2 pi/T_n. More digits of the oracle do not change these numbers.
 
 #[test]
 fn multiprecision_paper() {
@@ -98,7 +99,7 @@ fn multiprecision_paper_si() {
     assert!(times > 28.0 && states > 23.0);
 }
 
-/// The truth has 120 digits; 70 less the growth of e^88 leave some 35.
+/// The truth has 120 digits; 70 digits minus the growth of e^88 leave some 35.
 #[test]
 fn multiprecision_unperturbed() {
     let (truth, report) = solved("unperturbed", "si-unperturbed", 70);
@@ -106,8 +107,8 @@ fn multiprecision_unperturbed() {
     assert!(times > 35.0 && states > 30.0);
 }
 
-/// The oracle in the place of the code that made the truth files: with twice their digits it has the events and samples
-/// of the files, to the digits that are true of those, and its own events with 33 digits to more.
+/// The oracle in place of the code that made the truth files. With twice their digits it reproduces their events and
+/// samples to the digits that are true, and more digits of its own events with 33 digits.
 #[test]
 #[ignore = "takes a minute"]
 fn multiprecision_twice_the_digits_give_the_truth_files() {
@@ -128,7 +129,7 @@ fn multiprecision_twice_the_digits_give_the_truth_files() {
     }
 }
 
-/// 13 digits are too few for it: their rounding grows into stick-slip, as the 33 digits of the truth file's method do. (Asked
+/// 13 digits are too few: their rounding grows into stick-slip, as do the 33 digits of the truth file's method. (Asked
 /// for 33, the oracle computes with words that hold more.)
 #[test]
 #[ignore = "for the other checks; the default ones have the same run with 70 digits"]
@@ -150,8 +151,8 @@ fn release(digits: u32) -> OracleReport {
     oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// With 50 digits instead of 33 every event stays where it is. 38 digits are computed with, and a perturbation that grows
-/// by e^14 takes six: 30 remain.
+/// With 50 digits instead of 33 every event keeps its place. The arithmetic has 38 digits, and a perturbation that
+/// grows by e^14 takes six: 30 remain.
 #[test]
 fn multiprecision_more_digits_change_nothing() {
     let (coarse, fine) = (release(33), release(50));
@@ -169,8 +170,8 @@ fn multiprecision_more_digits_change_nothing() {
     }
 }
 
-/// The digits that a solution claims are there, however little is known of the growth beforehand: events by a run with twenty
-/// digits more are within the errors that it states, which are not much larger.
+/// The digits that a solution claims are true, however little is known of the growth beforehand. Events by a run with
+/// twenty more digits are within the stated errors, which are not much larger than the differences.
 fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32) -> u32 {
     let exact = Case::exact(&CaseSource::built_in(case).unwrap(), overrides)
         .unwrap()
@@ -219,7 +220,7 @@ fn multiprecision_a_solution_has_the_digits_that_it_claims() {
     claims("release", &[], 14.0, "1.2", 25);
 }
 
-/// Nothing is said of its growth, e^88 as from any speed: more digits are taken until two runs agree.
+/// The growth is not given, e^88 as from any speed: digits are added until two runs agree.
 #[test]
 fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
     let overrides = [
@@ -230,7 +231,7 @@ fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
     assert!(claims("unperturbed", &overrides, 0.0, "0.4", 25) >= 60);
 }
 
-/// Separations, contacts, corners and a kick at the instability: the solvers' run has the same events, to its own
+/// Separations, contacts, corners and a kick at the instability: the solvers' run has the same events, within its own
 /// promise of 1e-9 s.
 #[test]
 fn multiprecision_release_agrees_with_the_solvers() {
@@ -253,7 +254,7 @@ fn multiprecision_release_agrees_with_the_solvers() {
     }
 }
 
-/// The parameters are those of the truth files, to all the digits that are printed there.
+/// The parameters are those of the truth files, to all digits printed there.
 #[test]
 fn multiprecision_units_are_converted_exactly() {
     let truth: serde_json::Value =
@@ -285,8 +286,8 @@ fn multiprecision_units_are_converted_exactly() {
     }
 }
 
-/// Where alpha omega_r changes by more than the order of the series within what would be a step, the friction law must
-/// bound it: each of these kicks sends the slip through the layer next to the stop, 1/alpha wide, within microseconds.
+/// If alpha omega_r changes in a step by more than the order of the series, the friction law must limit the step. Each
+/// of these kicks sends the slip within microseconds through the layer next to the stop, 1/alpha wide.
 #[test]
 fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series() {
     for (decay, time, velocity) in [(3.5, 0.5, -210.0), (90.0, 6.5, -15.0), (300.0, 6.9, -3.0)] {
@@ -295,7 +296,7 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
             format!("perturbation=[{{kind=\"kick\",time={time},relative_velocity={velocity}}}]"),
             "output.window=[]".to_owned(),
             "output.around=none".to_owned(),
-            // Beyond the stick that follows, and before the loss of stability of what slides on.
+            // Ends after the stick that follows, and before the loss of stability of the continued slide.
             format!("output.end_time={}", time + 0.01),
             "solver.method=series".to_owned(),
         ];
@@ -316,7 +317,7 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
             kinds(&mut recorder.events.iter().map(|event| event.kind)),
             "decay {decay}"
         );
-        // A reversal and more: else there is nothing to agree on.
+        // With at least a reversal; otherwise there is nothing to compare.
         assert!(recorder.events.len() > 3, "decay {decay}: {}", recorder.events.len());
         for (own, exact) in recorder.events.iter().zip(&report.events) {
             let off = ExactDouble::from_f64(own.time, 64).minus(&exact.time).abs();

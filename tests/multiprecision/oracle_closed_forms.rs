@@ -51,7 +51,6 @@ fn table(time: &[&str], value: &[&str]) -> Drive<Real> {
     }))
 }
 
-/// A law by its name and its numbers, KEY=VALUE.
 fn law(text: &'static str) -> ExactLaw {
     let mut words = text.split(' ');
     let name = words.next().unwrap();
@@ -96,7 +95,6 @@ fn regularised(function: Smoothing, speed: &str) -> ContactLaw<Real> {
     ContactLaw::Regularised(Regularisation { function, speed })
 }
 
-/// A free inertia.
 fn flywheel(inertia: &str) -> Train<Real> {
     train(&[inertia], &[], &[], End::Free)
 }
@@ -120,7 +118,6 @@ fn train(inertia: &[&str], stiffness: &[&str], damping: &[&str], end: End<Real>)
     }
 }
 
-/// A surface without inertia.
 fn rigid(end: End<Real>) -> Train<Real> {
     train(&[], &[], &[], end)
 }
@@ -178,7 +175,7 @@ fn exact(number: &ExactDouble) -> Real {
     number.to_rational().expect("finite")
 }
 
-/// Events by kind and time, and a number of the state in each.
+/// Compares kinds and times of the events, and one component of the state at each.
 #[track_caller]
 fn follows(report: &OracleReport, expected: &[(EventKind, &str, &str)], of: impl Fn(&OracleState) -> &ExactDouble) {
     assert_eq!(kinds(report), expected.iter().map(|row| row.0).collect::<Vec<_>>());
@@ -225,7 +222,8 @@ const PI_DIGITS: &str = "3.14159265358979323846264338327950288419716939937510582
 
 // The loss of stability.
 
-/// A rotor that slows down on a stator whose surface and shaft are not its own, under mu = 0.3 + 0.3 exp(-3.5 x) and 2 kN.
+/// A rotor that slows down on a stator with another surface and shaft than its own, under mu = 0.3 + 0.3 exp(-3.5 x)
+/// and 2 kN.
 fn braking(relative_velocity: &str) -> ExactSystem {
     let exponential = law("exponential low_speed=0.6 high_speed=0.3 decay=3.5");
     let mut problem = problem(
@@ -245,8 +243,8 @@ fn braking(relative_velocity: &str) -> ExactSystem {
     problem
 }
 
-/// Where the margin 2 (R + r F_n mu') is zero, with R by bisection of Im Z between the two natural frequencies; the 1e-9 are
-/// that of doubles. The kick that waits for it comes at that instant.
+/// The time at which the margin 2 (R + r F_n mu') is zero, with R by bisection of Im Z between the two natural
+/// frequencies; the tolerance of 1e-9 is that of doubles. The kick that waits for it comes at that instant.
 #[test]
 fn analytic_instability_of_unequal_surfaces() {
     let report = run(&braking("1e-4"), 25, "0.1");
@@ -288,7 +286,8 @@ fn analytic_instability_of_unequal_surfaces() {
     );
 }
 
-/// Without the margin, and where a torque keeps the rotor turning, nothing is said of stability and no kick comes with it.
+/// If the margin is not watched, or if a torque keeps the rotor turning, there is no change of stability, and the
+/// waiting kick does not come.
 #[test]
 fn analytic_no_instability_where_nothing_is_watched() {
     let mut driven = braking("1e-4");
@@ -333,7 +332,7 @@ fn analytic_a_belt_with_coulomb_friction() {
     print(&report);
     let times: Vec<Real> = report.events.iter().map(|event| exact(&event.time)).collect();
     assert_eq!(kinds(&report)[..4], [Slip, Stick, Slip, Stick]);
-    // From zero the spring comes to 0.75 in three seconds.
+    // The spring is stretched from zero to 0.75 in three seconds.
     near_exact(&report.events[0].time, &r("3"), 1e-36);
     let slip = r(PI_DIGITS) * r("1.5");
     for pair in times.windows(2).step_by(2) {
@@ -344,7 +343,7 @@ fn analytic_a_belt_with_coulomb_friction() {
     }
 }
 
-/// The same of other numbers, in doubles.
+/// The same for other parameters, in doubles.
 #[test]
 fn analytic_belts_with_coulomb_friction_of_any_size() {
     for [m, k, v, s, d] in [
@@ -370,7 +369,7 @@ fn analytic_belts_with_coulomb_friction_of_any_size() {
 
 // Clutches.
 
-/// Two flywheels that a constant force, or a growing one, brings to the speed that their momentum gives.
+/// Two flywheels that a constant or a growing force brings to a common speed, which follows from their momentum.
 #[test]
 fn analytic_a_clutch_locks_two_flywheels() {
     let clutch = |force| {
@@ -394,8 +393,8 @@ fn analytic_a_clutch_locks_two_flywheels() {
     }
 }
 
-/// A rotor of two inertias against a flywheel: when they lock, the surfaces go on at the speed of their momentum, and total
-/// momentum is what it was.
+/// A rotor of two inertias against a flywheel. When they lock, the surfaces have the speed of their common momentum,
+/// and the total momentum is unchanged.
 #[test]
 fn property_a_clutch_with_a_shaft_keeps_its_momentum() {
     let rotor = train(&["0.2", "1.5"], &["800"], &["0.3"], End::Free);
@@ -431,7 +430,7 @@ fn property_a_clutch_with_a_shaft_keeps_its_momentum() {
 
 // Signals.
 
-/// A free flywheel under each kind of signal: its speed is the integral.
+/// A free flywheel under each kind of signal: its speed is the integral of the signal.
 #[test]
 fn analytic_speeds_under_signals() {
     let wave = Wave {
@@ -485,8 +484,8 @@ fn analytic_speeds_under_signals() {
     }
 }
 
-/// A driven end and viscous damping: J w' + d w = c (V - w) with V = a t and no spring, from rest; the dashpot's twist rate is
-/// V - w.
+/// A driven end and viscous damping: J w' + d w = c (V - w) with V = a t, without a spring, from rest. The twist rate
+/// of the dashpot is V - w.
 #[test]
 fn analytic_a_driven_dashpot() {
     let drive = table(&["0", "10"], &["0", "30"]);
@@ -504,7 +503,7 @@ fn analytic_a_driven_dashpot() {
     }
 }
 
-/// A belt that starts, turns and stops at once: the mass on it slips, reverses twice, and rests again.
+/// A belt that starts, reverses and stops by jumps: the mass on it slips, reverses twice, and rests again.
 #[test]
 fn analytic_a_belt_that_jumps() {
     let wave = |from: &str, to: &str, amplitude: &str| {
@@ -514,7 +513,7 @@ fn analytic_a_belt_that_jumps() {
             ..cosine(amplitude, Frequency::Angular(r("1e-30")))
         })
     };
-    // Speeds 0, 2, -1 and 0, as good as constant.
+    // The speeds 0, 2, -1 and 0 are almost constant.
     let speed = Drive::Sum(vec![wave("1", "2", "2"), wave("2", "3.5", "-1")]);
     let belt = problem(rigid(End::Driven(speed)), flywheel("1"), value("1"), "1", coulomb("1"));
     let report = run(&belt, 40, "6");
@@ -532,7 +531,7 @@ fn analytic_a_belt_that_jumps() {
 
 // Kicks.
 
-/// A kick on one surface in slip and in stick, where both take its momentum.
+/// A kick on one surface, in slip and in stick, where both surfaces take its momentum.
 #[test]
 fn analytic_kicks_on_one_side() {
     let kick = |time: &str, on| kick(time, "1", on);
@@ -576,7 +575,7 @@ fn analytic_kicks_on_one_side() {
 
 // Pressing.
 
-/// A force that rises through zero and falls through it again, and one that touches it at a point of its table only.
+/// A force that rises through zero and falls through it again, and one that only touches zero at a point of its table.
 #[test]
 fn analytic_contact_and_separation_under_a_given_force() {
     let pair = |force| {
@@ -635,7 +634,7 @@ fn analytic_contact_and_separation_under_a_given_force() {
 
 // Bristles.
 
-/// LuGre's mass on a belt against Runge and Kutta's method in doubles, whose error is about 1e-10 here.
+/// LuGre's mass on a belt against the Runge-Kutta method in doubles, whose error is about 1e-10 here.
 #[test]
 fn analytic_bristles_by_runge_and_kutta() {
     let law = law("stribeck low_speed=1.5 high_speed=1 viscous=0 exponent=2 scale=0.1");
@@ -676,12 +675,12 @@ fn analytic_bristles_by_runge_and_kutta() {
     }
 }
 
-/// A surface that is driven to and fro carries a mass, as rotor and as stator: it slips where m A = mu_0 F_n, here with
-/// A = a sin(2 pi t) and a = 2 mu_0 F_n/m at t = 1/12 s.
+/// A driven surface that oscillates carries a mass, as rotor and as stator. The mass slips where m A = mu_0 F_n, here
+/// with A = a sin(2 pi t) and a = 2 mu_0 F_n/m at t = 1/12 s.
 #[test]
 fn analytic_a_mass_on_an_accelerated_surface() {
     let speed = |sign: &str| {
-        // Minus cos(2 pi t): it moves backward first.
+        // Minus cos(2 pi t): the surface moves backwards first.
         Drive::Wave(Wave {
             mean: r("0"),
             ..cosine(sign, Frequency::Cycles(r("1")))
@@ -707,7 +706,7 @@ fn analytic_a_mass_on_an_accelerated_surface() {
     }
 }
 
-/// A torque that sets in at once is too much for a stick, and a force that does opens and closes a contact at once.
+/// A torque that sets in at once exceeds a stick's limit; a force that does so opens and closes a contact at once.
 #[test]
 fn analytic_signals_that_jump() {
     let jump = |mean: &str, amplitude: &str, from: &str| {
@@ -737,7 +736,7 @@ fn analytic_signals_that_jump() {
     follows(&report, &expected, |state| &state.rotor_speed[0]);
 }
 
-/// A drive that jumps behind a shaft leaves the inertias their speeds, and its dashpot breaks a stick.
+/// If a drive jumps behind a shaft, the inertias keep their speeds, and the dashpot of the shaft breaks a stick.
 #[test]
 fn analytic_a_drive_that_jumps_behind_a_shaft() {
     let speed = Drive::Wave(Wave {
@@ -762,7 +761,7 @@ fn analytic_a_drive_that_jumps_behind_a_shaft() {
     near_double(&stick.time, 2.0 + 4.0 * (1.0 + speed / 2.0).ln(), 1e-14);
 }
 
-/// A kick on one side of a stick is carried by both, and what that makes of the dashpots may break it.
+/// Both surfaces of a stick take a kick on one side. The change of the dashpots' torques may break the stick.
 #[test]
 fn analytic_a_kick_breaks_a_stick_by_its_dashpot() {
     let rotor = flywheel("1");
@@ -784,7 +783,7 @@ fn analytic_a_kick_breaks_a_stick_by_its_dashpot() {
 
 // Engaged contacts against plain doubles.
 
-/// Absolute angles, forces by their differences, and the method of Runge and Kutta: nothing in common with the oracle.
+/// Absolute angles, forces by their differences, and the Runge-Kutta method: nothing in common with the oracle.
 struct Plain<'a> {
     problem: &'a ExactSystem,
     friction: &'a dyn Fn(f64) -> f64,
@@ -812,7 +811,7 @@ impl Plain<'_> {
         }
     }
 
-    /// Inertias, then the angle of the far end; twice, and the deflection of the bristles.
+    /// Inertias, then the angle of the far end, for both trains; and the deflection of the bristles.
     fn rates(&self, t: f64, y: &[f64]) -> Vec<f64> {
         let (rotor, stator) = (&self.problem.rotor, &self.problem.stator);
         let [n, m] = [rotor, stator].map(|train| train.inertia.len());
@@ -894,7 +893,7 @@ impl Plain<'_> {
     }
 }
 
-/// Every law and every engaged contact on trains of several inertias under harmonics.
+/// Every law and every contact without stick on trains of several inertias under harmonics.
 #[test]
 fn property_engaged_contacts_by_runge_and_kutta() {
     let wave = |mean: &str, amplitude: &str, frequency: &str, shape| {
@@ -973,7 +972,7 @@ fn property_engaged_contacts_by_runge_and_kutta() {
                 problem: &problem,
                 friction,
             };
-            // Angles outwards: of the rotor by adding its twists, of the stator by taking them away.
+            // Angles outwards: for the rotor by adding its twists, for the stator by subtracting them.
             let mut y = vec![0.0, 0.01, -0.01, 1.0, 0.5, 0.7, 0.0, 0.0, 0.01, -1.0, 0.2, -0.02, 0.0];
             let (h, mut t) = (5e-5, 0.0);
             let mut worst = 0.0_f64;
@@ -1002,13 +1001,15 @@ fn property_engaged_contacts_by_runge_and_kutta() {
                 "{} {:?}: {worst:.1e}, {} steps",
                 law.name, problem.contact, report.steps
             );
-            // A step across a kink of mu(|omega_r|), or of a table, errs by its square: 2.5e-9 times a share of the torque.
+            // The error of a step across a kink of mu(|omega_r|), or of a table, is its square: 2.5e-9 times a share
+            // of the torque.
             assert!(worst < 1e-7);
         }
     }
 }
 
-/// w' = -a tanh(w/eps), of which sinh(w/eps) falls as exp(-a t/eps); a kick is a slip where it takes |w| above the threshold.
+/// w' = -a tanh(w/eps), so that sinh(w/eps) falls as exp(-a t/eps); a kick is a slip if it takes |w| above the
+/// threshold.
 #[test]
 fn analytic_a_kick_in_a_regularised_contact() {
     let mut pair = problem(flywheel("1"), flywheel("1"), value("1"), "0.5", coulomb("0.5"));
@@ -1034,7 +1035,7 @@ fn analytic_a_kick_in_a_regularised_contact() {
     }
 }
 
-/// Bristles that let go are straight, and stay so until they touch again.
+/// Bristles that lose contact have no deflection, and none until they touch again.
 #[test]
 fn analytic_bristles_let_go() {
     let force = table(&["0", "1", "1.5", "2"], &["1", "-1", "-1", "1"]);
@@ -1057,7 +1058,7 @@ fn analytic_bristles_let_go() {
     near_double(&last, 0.005, 1e-8);
 }
 
-// What the runs claim.
+// Digits that the runs claim.
 
 fn stiff_pair() -> ExactSystem {
     let drive = Drive::Wave(Wave {
@@ -1074,7 +1075,7 @@ fn stiff_pair() -> ExactSystem {
     pair
 }
 
-/// More digits leave every event where it is; what a solution claims is true of a run with more digits.
+/// With more digits every event keeps its place; the claims of a solution are true for a run with more digits.
 #[test]
 fn multiprecision_more_digits_change_nothing() {
     let mut engaged = stiff_pair();
@@ -1105,7 +1106,7 @@ fn multiprecision_more_digits_change_nothing() {
     }
 }
 
-/// The same seen from the other side: rotor for stator, and every speed and torque reversed.
+/// The same system from the other side: rotor and stator exchanged, and every speed and torque reversed.
 fn mirrored(problem: &ExactSystem) -> ExactSystem {
     fn reversed(drive: &Drive<Real>) -> Drive<Real> {
         let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
@@ -1257,11 +1258,12 @@ fn random_trains(index: u64) -> ExactSystem {
     problem
 }
 
-/// More digits, and the view from the other side, leave every event where it is.
+/// With more digits, and from the other side, every event keeps its place.
 #[test]
 fn property_random_trains_by_more_digits_and_from_the_other_side() {
     let mut count = [0; 9];
-    // 147 comes to rest before its contact opens and closes; 173, regularised, before its sense turns by rounding alone.
+    // 147 comes to rest before its contact opens and closes; 173, regularised, before its sense changes by rounding
+    // alone.
     for index in (0..32).chain([147, 173]) {
         let mut problem = random_trains(index);
         problem.contact = match index % 4 {

@@ -29,7 +29,7 @@ mod roots {
         }
     }
 
-    /// The factorised polynomial knows its roots; 2^-50 is the rounding of the comparison in doubles.
+    /// The roots of the factorised polynomial are known; 2^-50 is the rounding of the comparison in doubles.
     #[test]
     fn analytic_the_first_of_the_roots_is_found() {
         for (roots, expected) in [
@@ -54,14 +54,15 @@ mod roots {
         }
     }
 
-    /// x^2 (0.3 - x): the double root at the start is where the motion begins, and no crossing.
+    /// x^2 (0.3 - x): the double root at the start is the start of the motion, and no crossing.
     #[test]
     fn analytic_a_tangential_start_is_no_root() {
         let found = first(&with_roots(&[0.0, 0.0, 0.3], -1.0), 2).expect("a root");
         assert!((found - 0.3).abs() < 2f64.powi(-50));
     }
 
-    /// (x - 1/2)^2 + e stays positive for e > 0 however small, and has two roots for e < 0; doubles see no difference.
+    /// (x - 1/2)^2 + e stays positive for any e > 0, however small, and has two roots for e < 0; doubles see no
+    /// difference.
     #[test]
     fn analytic_a_graze_is_told_from_a_crossing() {
         let graze = |e: f64| {
@@ -126,7 +127,7 @@ mod float {
         ExactDouble::from(float).to_rational().expect("finite")
     }
 
-    /// Exact arithmetic on the same numbers; what is cut off is less than two units in the last place of `scale`.
+    /// Exact arithmetic on the same numbers. The truncation is less than two units in the last place of `scale`.
     fn near<const N: usize>(found: &Float<N>, expected: &BigRational, scale: &BigRational) {
         let error = (exact(found) - expected).abs();
         let unit = scale.abs() / BigRational::from_integer(BigInt::one() << (Float::<N>::BITS - 1));
@@ -138,7 +139,7 @@ mod float {
         let numbers: Vec<(Float<N>, Float<N>)> = pairs
             .iter()
             .map(|(a, b, power)| {
-                // All words are used, and the exponents are apart.
+                // All words are used, and the exponents differ.
                 let a = &Float::from_f64(*a) * &third;
                 let b = &(&Float::from_f64(*b) * &third) * &Float::from_f64(2f64.powi(*power));
                 (a, b)
@@ -154,7 +155,7 @@ mod float {
             if !b.is_zero() {
                 near(&a.over(b), &(&x / &y), &(&x / &y));
             }
-            // What is left after all but the last bits cancel.
+            // The remainder after all but the last bits cancel.
             let c = a + &(b * &Float::from_f64(2f64.powi(-(Float::<N>::BITS as i32) / 2)));
             near(&(&c - a), &(exact(&c) - &x), &(exact(&c) - &x));
         }
@@ -203,7 +204,7 @@ mod float {
         assert!(Float::convolution(&terms, &signs).is_zero());
     }
 
-    /// exp(a) exp(-a) = 1, and doubles.
+    /// exp(a) exp(-a) = 1, and a comparison with doubles.
     #[test]
     fn analytic_exponentials() {
         let reciprocals: Vec<_> = (0..400)
@@ -215,7 +216,7 @@ mod float {
             assert!((up.to_f64() / f64::exp(x) - 1.0).abs() < 1e-13, "{x}");
             let one = exact(&(&up * &down));
             let error = nearest_double(&(one - BigRational::one()));
-            // |x| roundings of ln 2, and those of some sixty terms.
+            // |x| roundings of ln 2, and the roundings of some sixty terms.
             assert!(error.abs() < 2f64.powi(-320) * (64.0 + 4.0 * x.abs()), "{x}: {error:e}");
         }
         assert!(exact(&ln_2.exp(&ln_2, &reciprocals)) == BigRational::from_integer(BigInt::from(2)));
@@ -262,7 +263,7 @@ mod elementary {
         assert!(small(&(&pi::<4>() - &expected), -190.0));
     }
 
-    /// Doubles, the theorem of Pythagoras, and double angles, to some bits of the 256.
+    /// Comparison with doubles; the theorem of Pythagoras and double angles, to some bits of the 256.
     #[test]
     fn analytic_sines_and_cosines() {
         let table = Elementary::<4>::new(200);
@@ -278,7 +279,7 @@ mod elementary {
         }
     }
 
-    /// Doubles, and the tangent of the arc tangent.
+    /// Comparison with doubles; the tangent of the arc tangent.
     #[test]
     fn analytic_arc_tangents() {
         let table = Elementary::<4>::new(200);
@@ -293,7 +294,7 @@ mod elementary {
         assert!(small(&(&quarter - &table.pi.half().half()), -250.0));
     }
 
-    /// Doubles, and the identity between the two.
+    /// Comparison with doubles; the identity between the two.
     #[test]
     fn analytic_hyperbolic_tangents() {
         let table = Elementary::<4>::new(200);
@@ -320,7 +321,7 @@ mod margin {
         }
     }
 
-    /// Re and Im of Z by complex division.
+    /// Real and imaginary part of Z by complex division.
     fn impedance(surfaces: [[i64; 3]; 2], omega: f64) -> [f64; 2] {
         let of = |[j, a, k]: [i64; 3]| nalgebra::Complex::new(a as f64, omega * j as f64 - k as f64 / omega);
         let [one, other] = surfaces.map(of);
@@ -328,7 +329,7 @@ mod margin {
         [both.re, both.im]
     }
 
-    /// Against a scan of the zeros of Im Z; its step of 1e-5 of omega leaves 1e-4 of R.
+    /// Against a scan of the zeros of Im Z. The scan's step of 1e-5 of omega leaves an error of 1e-4 of R.
     #[test]
     fn analytic_the_least_resistance_is_that_of_a_scan() {
         for surfaces in [
@@ -351,7 +352,7 @@ mod margin {
         }
     }
 
-    /// Equal disks have half the resistance of one, exactly.
+    /// Two equal disks have half the resistance of one, exactly.
     #[test]
     fn analytic_equal_disks_have_the_damping_of_one() {
         let disk = || surface([1, 7, 100]);

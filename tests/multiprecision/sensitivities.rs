@@ -1,4 +1,4 @@
-//! What the numbers of a case do to its events, by the linearised run, against differences of the oracle.
+//! Derivatives of the events by the parameters of a case, by the linearised run, against differences of the oracle.
 
 use crate::common::cases::{parsed, recorded, truth};
 use num_rational::BigRational;
@@ -10,23 +10,24 @@ use stickslip::model::nearest_double;
 use stickslip::oracle::{OracleEvent, rational};
 use stickslip::record::EventKind;
 
-/// The relative step of a difference. Its truncation is of second order in step times growth: (1e-13 e^18)^2, 4e-11.
+/// The relative step of a difference. Its truncation error is of second order in step times growth: (1e-13 e^18)^2,
+/// 4e-11.
 const STEP: f64 = 1e-13;
 
-/// Digits of the oracle. A difference over [`STEP`] keeps 20 of them, less eight for a growth of e^18.
+/// Digits of the oracle. A difference over [`STEP`] keeps 20 of them, minus eight for a growth of e^18.
 const DIGITS: u32 = 33;
 
-/// Half a unit of the sixth digit of a number between 1 and 10.
+/// Half a unit of the sixth digit of a value between 1 and 10.
 const SIXTH_DIGIT: f64 = 5e-6;
 
-/// Derivatives below this share of the largest one by the same number are held to six digits of that share.
+/// Derivatives below this share of the largest one by the same parameter must have six digits of that share.
 const SMALL: f64 = 1e-3;
 
-/// So are those by a number whose whole effect is below this share of the time: the linearised run takes differences of times
-/// over 4e-6 of a number, with 4 roundings of the time.
+/// So must those by a parameter whose whole effect is below this share of the time: the linearised run takes
+/// differences of times over 4e-6 of a parameter, with 4 roundings of the time.
 const NEGLIGIBLE: f64 = 3e-4;
 
-/// The built-in cases; those with many events as far as a first stretch of stick-slip.
+/// The built-in cases. Those with many events end after a first stretch of stick-slip.
 const CASES: [(&str, &[&str]); 16] = [
     ("belt-coulomb", &[]),
     ("belt-exponential", &["output.end_time=12"]),
@@ -49,11 +50,12 @@ const CASES: [(&str, &[&str]); 16] = [
     ("unperturbed", &[]),
 ];
 
-/// The cases of [`CASES`] of which the oracle needs seconds for each run.
+/// The cases of [`CASES`] for which the oracle needs seconds per run.
 const LONG: [&str; 4] = ["paper", "paper-si", "release", "unperturbed"];
 
-/// Numbers with which a run begins in another mode or has other events, so that there is nothing to differentiate: the speed of
-/// the belt on which a mass lies at rest, and its own; forces of a table at corners that are none then; its time 0.
+/// Parameters whose change makes a run begin in another mode or have other events, so that there is no derivative: the
+/// speed of the belt on which a mass lies at rest, and the mass's own speed; forces of a table at corners that are
+/// none then; its time 0.
 const OTHER_EVENTS: [&str; 5] = [
     "rotor.speed",
     "initial.stator_speed",
@@ -62,12 +64,13 @@ const OTHER_EVENTS: [&str; 5] = [
     "actuation.time.0",
 ];
 
-/// Largest uncertainty of an event's time for a change of a number by all of itself, as a share of the largest such change.
+/// Largest uncertainty of an event's time for a change of a parameter by its whole value, as a share of the largest
+/// such change.
 const WIDEST: f64 = 1e-4;
 
 type Times = Vec<(EventKind, BigRational)>;
 
-/// Exact times of the events with a number moved; `None` where the case cannot have it.
+/// Exact times of the events with one parameter moved; `None` if the case does not allow the value.
 fn exact(source: &CaseSource, changes: &[Override], moved: (&str, f64)) -> Option<Times> {
     let mut changes = changes.to_vec();
     changes.push(Override::number(moved.0, moved.1));
@@ -82,8 +85,8 @@ fn decimal(value: f64) -> BigRational {
     rational(&format!("{value:e}")).unwrap()
 }
 
-/// d(time)/d(number) of every event by central differences, or by one-sided ones of second order where the number is at a
-/// limit; `None` where the events are not those of `kinds`.
+/// d(time)/d(parameter) of every event by central differences, or by one-sided ones of second order where the
+/// parameter is at a limit; `None` where the events are not those of `kinds`.
 fn differences(
     (source, changes): (&CaseSource, &[Override]),
     kinds: &[EventKind],
@@ -120,7 +123,7 @@ fn linearised(name: &str, settings: &[&str]) -> (CaseSource, Vec<Override>, Line
     (source, changes, linearised)
 }
 
-/// Holds the derivatives of a case by the `wanted` numbers (their position and path) against the oracle, on two threads.
+/// Compares the derivatives of a case by the `wanted` parameters (index and path) with the oracle, on two threads.
 fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     let (source, changes, linearised) = linearised(name, settings);
     let parameters = linearised.parameters.iter().enumerate();
@@ -166,7 +169,7 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
             let relative = if error == 0.0 { 0.0 } else { error / size };
             let six_digits = SIXTH_DIGIT * 10f64.powf(size.log10().floor());
             let wide = WIDEST * size.max(largest);
-            // A comparison with NaN is a failure, too.
+            // A comparison with NaN is also a failure.
             if !(error <= six_digits && error <= slope.uncertainty && slope.uncertainty <= wide) {
                 failures.push(format!(
                     "{} at event {event}: {:e} instead of {truth:e}, off by {relative:.1e}, said to be within {:e}",
@@ -185,8 +188,8 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     assert!(failures.is_empty(), "{name}: {}", failures.join("\n"));
 }
 
-/// Every third number of a case, each case beginning with another, and every eighth of `unperturbed`, of which a run of the oracle
-/// takes half a minute; all of them of `paper`, or if STICKSLIP_EVERY_NUMBER is set.
+/// Every third parameter of a case, each case with another start, and every eighth of `unperturbed`, for which a run
+/// of the oracle takes half a minute. All parameters of `paper`, or of all cases if STICKSLIP_EVERY_NUMBER is set.
 fn check_built_in(which: impl Fn(&str) -> bool) {
     let wanted = std::env::var_os("STICKSLIP_EVERY_NUMBER").is_some();
     for (name, settings) in CASES.iter().filter(|case| which(case.0)) {
@@ -208,7 +211,7 @@ fn multiprecision_sensitivities_of_the_built_in_brakes() {
     check_built_in(|name| LONG.contains(&name));
 }
 
-/// What makes a short run of the paper's brake, from a low speed, with this setting of friction.
+/// Changes that make a short run of the paper's brake, from a low speed, with this friction.
 fn from_low_speed(friction: &str) -> [&str; 5] {
     [
         "initial.speed=3",
@@ -219,7 +222,7 @@ fn from_low_speed(friction: &str) -> [&str; 5] {
     ]
 }
 
-/// Every parameter of a friction law, on the paper's brake from a low speed; and how many there are.
+/// Every parameter of a friction law, on the paper's brake from a low speed; and the number of these parameters.
 fn check_law(friction: &str, parameters: usize) {
     let friction = format!("friction={friction}");
     let set = from_low_speed(&friction);
@@ -227,7 +230,7 @@ fn check_law(friction: &str, parameters: usize) {
     let of_law = |path: &str| path.starts_with("friction.") && path != "friction.breakaway";
     let found = linearised.parameters.iter().filter(|p| of_law(&p.path)).count();
     assert_eq!(found, parameters, "{friction}");
-    // The largest of a cubic is an error of a run, and the last points of a table are above all speeds.
+    // The largest parameter of a cubic makes a run fail, and the last points of a table are above all speeds.
     check("paper-si", &set, |_, path| {
         of_law(path) && path != "friction.valid_below"
     });
@@ -247,8 +250,8 @@ fn multiprecision_sensitivities_by_the_parameters_of_smooth_laws() {
     );
 }
 
-/// The power of Stribeck's law is a whole number for every run, and a parameter nevertheless; the oracle has none beside the
-/// whole ones, and the others are held against it.
+/// The power of Stribeck's law is a whole number in every run, but still a parameter. The oracle only has whole
+/// powers; the other parameters are compared with it.
 #[test]
 fn multiprecision_sensitivities_by_the_parameters_of_stribeck() {
     let friction = "{law=\"stribeck\", breakaway=0.62, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}";
@@ -281,10 +284,10 @@ fn multiprecision_long_sensitivities_by_the_points_of_a_table() {
     );
 }
 
-/// The unstable growth to the first stick: a kick that is larger by a share moves the first stick by the sensitivity, and that is
-/// a deviation of delta/2 on each surface, of which the worst direction is no less. The kick of `release` acts at the loss of
-/// stability, that of `paper-si` later; the oscillation of `paper-si` becomes stable and unstable again before the first stick, and
-/// keeps what has grown.
+/// The unstable growth to the first stick. If a kick grows by a share, the first stick moves by the sensitivity; this
+/// is a deviation of delta/2 on each surface, and the worst direction gives no less. The kick of `release` acts at the
+/// loss of stability, that of `paper-si` later. The oscillation of `paper-si` becomes stable and unstable again before
+/// the first stick, and keeps its growth.
 #[test]
 fn multiprecision_growth_covers_the_kick() {
     for name in ["release", "paper-si"] {
@@ -295,7 +298,7 @@ fn multiprecision_growth_covers_the_kick() {
             .iter()
             .position(|p| p.path == "perturbation.0.relative_velocity")
             .expect("a kick");
-        // Given where growth begins, half on each surface: of length 1/sqrt(2).
+        // The kick is given where growth begins, half on each surface: its length is 1/sqrt(2).
         for event in linearised.events.iter().filter(|e| e.kind.in_event_sequence()) {
             let Some(worst) = event.per_deviation.filter(|w| *w > 0.0) else {
                 continue;
@@ -306,7 +309,7 @@ fn multiprecision_growth_covers_the_kick() {
                 "{name}: {kick:e} {worst:e}"
             );
         }
-        // The e-folds of the eigenvalues, to within those of the phase and the shape of the modes.
+        // The e-folds of the eigenvalues, up to the phase and the shape of the modes.
         let recorder = recorded(&case);
         let growth = stickslip::analysis::Growth::of_run(&case.system, &recorder.events, case.output.end_time);
         let gained = growth.and_then(|growth| growth.from_kick).expect("a kick");

@@ -1,9 +1,9 @@
-//! `series` at the default tolerance against the oracle, on the random brakes of the certificates, and on brakes whose force
-//! is a table that lets go and grips again, with mu_0 above mu_s.
+//! `series` at the default tolerance against the oracle, on the random brakes of the certificates, and on brakes whose
+//! force is a table that releases and grips again, with mu_0 above mu_s.
 //!
-//! The measure is what double precision allows, by the linearised run (crates/engine/src/hybrid/rounding.rs). A method may lose as much
-//! again a few times over by its own arithmetic; the promise is a hundred times. That the measure is none that anything
-//! would pass is seen at the median: there `series` is to lose at least a hundredth of it.
+//! The measure is the limit of double precision, by the linearised run (crates/engine/src/hybrid/rounding.rs). A
+//! method may add a few times that by its own arithmetic; the promise is a hundred times. The median shows that the
+//! measure is not too generous: there `series` must lose at least a hundredth of it.
 
 use crate::common::random_brakes::{difference, exact_events, random_brake, random_release};
 use std::sync::Mutex;
@@ -17,10 +17,11 @@ use stickslip::simulation::{Method, SolverOptions};
 
 const ALLOWED: f64 = 100.0;
 
-/// Rounding that may move an event by more than this share of the natural period leaves its place in the oscillation open.
+/// If rounding may move an event by more than this share of the natural period, its place in the oscillation is
+/// unknown.
 const ILL_CONDITIONED: f64 = 0.02;
 
-/// A brake by a number: its built-in case and what is changed in it.
+/// A brake by a number: its built-in case and the changes to it.
 type Brake = fn(u64) -> (&'static str, Vec<Override>);
 
 fn ramp(index: u64) -> (&'static str, Vec<Override>) {
@@ -31,7 +32,7 @@ fn release(index: u64) -> (&'static str, Vec<Override>) {
     ("release", random_release(index))
 }
 
-/// The error of each event over what rounding allows it; `None` where the case is not well-conditioned throughout.
+/// The error of each event over its limit by rounding; `None` where the case is not well-conditioned throughout.
 fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
     let (name, mut overrides) = brake(index);
     let source = CaseSource::built_in(name).unwrap();
@@ -64,7 +65,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
         );
         return None;
     }
-    // The linearised run is one of its own: it may have other events only where rounding decides them.
+    // The linearised run is a separate run: it may have other events only where rounding decides them.
     assert!(alike, "{name} {index}: the linearised run has {kinds:?}");
     let truth = exact_events(&source, &overrides, end, 33);
     let truth: Vec<_> = truth.iter().filter(|event| event.kind.in_event_sequence()).collect();
@@ -113,7 +114,7 @@ fn sets(brake: Brake, indices: std::ops::Range<u64>, least_well_conditioned: usi
         }
     });
     let well = well.into_inner().unwrap();
-    // A test that leaves out what is hard must not leave out everything.
+    // A test that omits difficult cases must not omit all of them.
     assert!(well.len() >= least_well_conditioned, "{} of {number}", well.len());
     let mut ratios: Vec<f64> = well.into_iter().flatten().collect();
     ratios.sort_by(f64::total_cmp);

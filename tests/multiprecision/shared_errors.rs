@@ -1,5 +1,5 @@
-//! Certified uncertainties where all methods had once one error: a kick added to a slow manifold whose series is far from
-//! exact, and sums of thousands of equal steps, rounded in one direction.
+//! Certified uncertainties where all methods once had the same error: a kick added to a slow manifold whose series is
+//! far from exact, and sums of thousands of equal steps, rounded in one direction.
 
 use crate::common::cases::recorded;
 use crate::common::disks;
@@ -21,7 +21,7 @@ fn source() -> CaseSource {
     CaseSource::built_in("paper-si").unwrap()
 }
 
-/// Certifies a case and holds every event against the exact one of its kind: (uncertainty, error) of each.
+/// Certifies a case and compares every event with the exact one of its kind. Returns (uncertainty, error) of each.
 fn check(name: &str, changes: &[Override], exact: &[(EventKind, ExactDouble)]) -> Vec<(f64, f64)> {
     let case = Case::read(&source(), changes).unwrap();
     let recorder = recorded(&case);
@@ -56,9 +56,9 @@ fn written(events: &[(EventKind, &str)]) -> Vec<(EventKind, ExactDouble)> {
     events.iter().map(|(kind, time)| (*kind, number(time))).collect()
 }
 
-/// Kicks 1.9 and 1.5 ms after the loss of stability, 0.5 ms before sliding would end, where the manifold's series is off by
-/// 5e-8 and 3e-10 rad/s. With it, all methods were off by 3e-9 and 1.4e-12 s. The exact times are those of
-/// `stickslip certify paper-si --oracle` with these changes: 27 digits of the first, 30 of the second.
+/// Kicks 1.9 and 1.5 ms after the loss of stability, 0.5 ms before sliding would end, where the manifold's series has
+/// errors of 5e-8 and 3e-10 rad/s. With this series all methods were off by 3e-9 and 1.4e-12 s. The exact times are
+/// those of `stickslip certify paper-si --oracle` with these changes: 27 digits of the first, 30 of the second.
 #[test]
 fn multiprecision_certified_kicks_where_friction_changes_fast() {
     use EventKind::{Corner, Destabilised, Kick, Slip, Stick};
@@ -91,12 +91,13 @@ fn multiprecision_certified_kicks_where_friction_changes_fast() {
             "output.around=none",
         ]);
         let checked = check(&format!("alpha = {decay}"), &changes, &written(&exact));
-        // The promise of the default tolerance is 1e-9 s; what double precision allows here is 3e-14 s.
+        // The promise of the default tolerance is 1e-9 s; the limit of double precision is 3e-14 s here.
         assert!(checked.iter().all(|(_, error)| *error < 1e-11));
     }
 }
 
-/// Three brakes whose loss of stability, or what follows a kick there, was certified to a third of its error and less.
+/// Three brakes whose loss of stability, or the events after a kick there, had a certified uncertainty of a third of
+/// the error and less.
 #[test]
 fn multiprecision_certified_kicks_at_the_instability() {
     let brakes: [(&str, &[&str]); 3] = [
@@ -169,8 +170,8 @@ fn multiprecision_certified_kicks_at_the_instability() {
     }
 }
 
-/// The error that the slow manifold's series states for itself, against sliding by the oracle, where the series reaches
-/// rounding and where it does not: down to 0.5 ms before the stop.
+/// The error that the slow manifold's series states for itself, against sliding by the oracle, where the series
+/// reaches rounding and where it does not: up to 0.5 ms before the stop.
 #[test]
 fn multiprecision_slow_manifold_knows_its_error() {
     let (mut unsettled, mut widest) = (0, 0.0_f64);
@@ -250,7 +251,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
                 time.to_f64(),
                 slow.settled
             );
-            // The momentum of a speed in doubles is rounded, which moves the twists by its share of what they change in.
+            // The momentum of a speed in doubles is rounded, which moves the twists relative to their change.
             assert!(error <= stated + 1e-17, "alpha = {decay} at {}", time.to_f64());
             if error > 1e-15 {
                 widest = widest.max(stated / error);
@@ -258,6 +259,6 @@ fn multiprecision_slow_manifold_knows_its_error() {
         }
     }
     assert!(unsettled >= 10, "{unsettled}");
-    // An estimate, not a bound that anything would pass.
+    // An estimate, not a bound that everything would satisfy.
     assert!(widest < 100.0, "{widest}");
 }

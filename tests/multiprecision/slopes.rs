@@ -1,5 +1,5 @@
-//! What the numbers of a case do to its events, against closed forms and the other form of the case, and the bands of a
-//! trajectory against a closed form.
+//! Derivatives of the events by the parameters of a case, against closed forms and the other form of the case, and the
+//! bands of a trajectory against a closed form.
 
 use crate::common::cases::{certified, parsed, recorded, source};
 use std::f64::consts::PI;
@@ -12,7 +12,6 @@ use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::Mode;
 use stickslip::record::Event;
 
-/// The events of a case by its own method.
 fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
     recorded(&Case::read(source, changes).unwrap()).events
 }
@@ -61,7 +60,7 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
             changed[index] *= factor;
             period(changed)
         };
-        // Of fourth order, 1e-11 of the derivative, with rounding of 1e-13.
+        // Differences of fourth order: 1e-11 of the derivative, with rounding of 1e-13.
         let h = 1e-3;
         let exact =
             (8.0 * (at(1.0 + h) - at(1.0 - h)) - (at(1.0 + 2.0 * h) - at(1.0 - 2.0 * h))) / (12.0 * h * numbers[index]);
@@ -71,12 +70,12 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
             (slope - exact).abs() <= 1e-8 * exact.abs(),
             "{path}: {slope:e} instead of {exact:e}"
         );
-        // At another speed the mass does not begin with a stick on the belt: no event is the same.
+        // At another speed of the belt the mass does not begin with a stick: no event is the same.
         if path == "rotor.speed" {
             assert!(found.events.iter().all(|row| row[column(&found, path)].value.is_nan()));
             continue;
         }
-        // Slip k and slip k + 1 are a period apart, whatever the first one does.
+        // Slip k and slip k + 1 are a period apart, whatever the first slip does.
         let of_event = |event: usize| found.events[event][column(&found, path)];
         let last = found.events.len() - 2;
         let (early, late) = (of_event(last - 2), of_event(last));
@@ -87,11 +86,11 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
             "{path}: {error:e}, {uncertainty:e}"
         );
     }
-    // What the motion has forgotten.
+    // Parameters that no longer affect the motion.
     for path in ["initial.stator_twist", "initial.stator_speed"] {
         assert_eq!(result.rows[column(&found, path)].slope, Some(0.0), "{path}");
     }
-    // Half a unit of "0.1 m/s" is half of it: the belt is too fast to stick then.
+    // Half a unit of "0.1 m/s" is half of the speed: the belt is then too fast for sticking.
     let speed = &result.rows[column(&found, "rotor.speed")];
     assert!((speed.parameter.half_last_digit.unwrap() - 0.05).abs() < 1e-15);
     let reruns = speed.reruns.as_ref().unwrap();
@@ -122,7 +121,7 @@ rotor = { inertia = [0.0113, 2.26], stiffness = [7.708e6], damping = [22.6], end
 stator = { inertia = [0.0113], stiffness = [7.708e6], damping = [22.6], end = "fixed" }
 "#;
 
-/// A key of the short form moves both places that it stands for; the others are the same numbers.
+/// A key of the short form moves both places that it sets; the other keys are the same parameters.
 #[test]
 fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
     let brake = Case::read(&source(&format!("{SHORT}{QUICK}")), &[]).unwrap();
@@ -152,7 +151,8 @@ fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
         let value = linear.parameters[theirs].value;
         for (event, row) in of_brake.iter().zip(&found.events) {
             let (exact, slope) = (event.by_parameter[theirs].value, row[ours]);
-            // Radau IIA on the steps of the run is good to 1e-6 of the slope, or of a nanosecond for the number itself.
+            // Radau IIA on the steps of the run has an error of 1e-6 of the slope, or of a nanosecond for a change of
+            // the parameter by itself.
             let bound = slope.uncertainty + 2e-5 * exact.abs() + 1e-9 / value.abs();
             assert!(
                 (slope.value - exact).abs() <= bound,
@@ -166,7 +166,7 @@ fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
     }
 }
 
-/// Without convergence there is no derivative, and that is said.
+/// Without convergence there is no derivative, and the reason is given.
 #[test]
 fn property_events_that_series_does_not_have_are_refused() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
@@ -176,8 +176,8 @@ fn property_events_that_series_does_not_have_are_refused() {
     assert!(error.contains("agrees with 4 of the 29 events"), "{error}");
 }
 
-/// Two masses on a belt that falls with the speed and rises again: small changes grow by e^10 within 45 events, and wide steps
-/// know nothing of the slope. What is given is right, or nothing is.
+/// Two masses on a belt whose friction falls with the speed and rises again: small changes grow by e^10 within 45
+/// events, and differences over wide steps do not show the slope. A returned slope is correct, or none is returned.
 #[test]
 fn property_slopes_of_a_motion_that_small_changes_upset() {
     let source = source(
@@ -198,7 +198,7 @@ output = { end_time = "30 s", interval = "10 ms" }
         let index = column(&found, path);
         let value = found.parameters[index].value;
         let series = Override::parse("solver.method=series").unwrap();
-        // Differences at steps that are far below those at which the sequence changes.
+        // Differences with steps far below those at which the sequence changes.
         let at = |share: f64| {
             events(
                 &source,
@@ -234,8 +234,8 @@ output = { end_time = "30 s", interval = "10 ms" }
     assert!(given > 90, "{given}, {missing}");
 }
 
-/// Two corners of signals at one time: to both sides of a number the event is another's. Neither is it given a slope, nor called the
-/// same in a rerun.
+/// Two corners of signals at one time: on the two sides of a parameter's value different signals have the event. It
+/// gets no slope, and a rerun does not count it as the same.
 #[test]
 fn property_corners_at_one_time_have_no_slope() {
     let source = source(
@@ -250,14 +250,14 @@ output = { end_time = 2, interval = 0.002 }
     );
     let found = of_case(&source, &[]);
     let rise = column(&found, "contact.normal_force.rise_time");
-    // The corner at 0.25 s is another signal's; that at 0.5 s is of both.
+    // The corner at 0.25 s belongs to another signal; the corner at 0.5 s belongs to both.
     assert_eq!(found.events[0][rise].value, 0.0);
     assert!(found.events[1][rise].value.is_nan(), "{:?}", found.events[1][rise]);
     let result = found.result.as_ref().unwrap();
     assert_eq!(result.of, Affected::FinalStick);
 }
 
-/// What has no time left fails, or is left out, and says why.
+/// A step without time left fails, or is omitted, with the reason.
 #[test]
 fn property_after_the_deadline_a_certificate_says_what_it_lacks() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
@@ -286,8 +286,8 @@ fn property_after_the_deadline_a_certificate_says_what_it_lacks() {
     assert!(why.contains("is allowed 0.0 s"), "{why}");
 }
 
-/// Rows of coarse runs by methods of SUNDIALS against the closed form of the belt: the bands cover every error, and are not much
-/// wider than the largest.
+/// Rows of coarse runs by SUNDIALS methods against the closed form of the belt: the bands cover every error, and are
+/// not much wider than the largest.
 #[test]
 fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
@@ -310,7 +310,8 @@ fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
         };
         let (phi1, speed) = (position("phi1"), position("phi1_dot"));
         let (w, belt): (f64, f64) = (10.0, 0.1);
-        // The exact switches: slip at 0.02/v and then every period, stick a slip later. At t = 0 the mass is at rest on the belt.
+        // The exact switches: slip at 0.02/v and then once per period, stick one slip later. At t = 0 the mass is at
+        // rest on the belt.
         let (xe, d) = (0.03, 0.01);
         let slip = 2.0 * (PI - (d * w / belt).atan()) / w;
         let (first, whole) = (0.2, 0.2 + slip);

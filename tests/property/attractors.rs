@@ -1,12 +1,11 @@
-//! What a run of trains says of the motion that it comes to: the least period, no period where there is none, and digits that
-//! hold.
+//! The attractor reported for a run: the least period, no period if there is none, and true digits.
 
 use crate::common::cases::{built_in, parsed};
 use stickslip::SavedRun;
 use stickslip::analysis::{Summary, Witness};
 use stickslip::case::{Case, CaseSource, Origin};
 
-/// A run of a case, with another method beside it.
+/// Runs a case with a witness.
 fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
     let source = CaseSource {
         text: text.to_owned(),
@@ -23,7 +22,6 @@ fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
     (saved.run.summary, saved.run.witness)
 }
 
-/// An oscillator on the ground or a belt, in translation.
 fn oscillator(drive: &str, friction: &str, normal_force: &str, rest: &str) -> String {
     format!(
         "motion = \"translation\"\n[rotor]\n{drive}\n[stator]\ninertia = 1.0\nstiffness = 1.0\nend = \"fixed\"\n{rest}\n\
@@ -33,7 +31,7 @@ fn oscillator(drive: &str, friction: &str, normal_force: &str, rest: &str) -> St
 
 const GROUND: &str = "end = \"fixed\"";
 
-/// Two inertias on springs, whose cycles come together alternately: several agree to a millionth before one does.
+/// Two inertias on springs. Their cycles converge alternately: several agree to a millionth before one does.
 const TWO_SPRINGS: &str = r#"
 motion = "translation"
 rotor = { inertia = 0.962, stiffness = 5.917, damping = 0.073, end = "driven", speed = 0.075 }
@@ -47,7 +45,7 @@ output = { end_time = 400.0, interval = 10.0 }
 fn property_the_period_is_the_least_one() {
     let (summary, witness) = run(TWO_SPRINGS, &[]);
     let attractor = summary.attractor().expect("periodic");
-    // From an integrator that shares nothing with this program, to its printed digits.
+    // The period is from an integrator that shares nothing with this program, to its printed digits.
     assert!(
         (attractor.period - 2.512147235901).abs() < 1e-11,
         "{}",
@@ -57,7 +55,7 @@ fn property_the_period_is_the_least_one() {
     assert_eq!(witness.expect("a witness").differs_from, None);
 }
 
-/// Coulomb friction takes the same from each swing: 4 mu F_n/k, here less than a millionth of it.
+/// Coulomb friction takes 4 mu F_n/k from each swing, here less than a millionth of the swing.
 #[test]
 fn property_a_motion_that_shrinks_by_a_little_is_not_periodic() {
     let text = oscillator(GROUND, "breakaway = 0.3\nkinetic = 0.3", "2e-7", "")
@@ -66,7 +64,7 @@ fn property_a_motion_that_shrinks_by_a_little_is_not_periodic() {
     assert_eq!(summary.attractor(), None);
 }
 
-/// A belt that becomes faster by 7e-7 of itself in a cycle.
+/// The speed of the belt rises by a relative 7e-7 in each cycle.
 #[test]
 fn property_a_motion_that_drifts_is_not_periodic() {
     let drive = "end = \"driven\"\nspeed = { profile = \"table\", time = [0.0, 1e9], value = [0.2, 20.0] }";
@@ -75,7 +73,8 @@ fn property_a_motion_that_drifts_is_not_periodic() {
     assert_eq!(summary.attractor(), None);
 }
 
-/// Two harmonics that beat with a period of 3e7 s, and one that is small and irrational; a harmonic that does not act yet is none.
+/// Two harmonics that beat with a period of 3e7 s, and a small harmonic with an irrational ratio. A harmonic that does
+/// not act yet does not count.
 #[test]
 fn property_forcing_that_does_not_repeat_gives_no_period() {
     let forced = |second: &str| {
@@ -103,7 +102,6 @@ fn property_forcing_that_does_not_repeat_gives_no_period() {
     }
 }
 
-/// What is said of a periodic motion does not move, beyond what is said of its distance, when the run goes on.
 #[test]
 fn property_a_longer_run_says_the_same_within_the_stated_distance() {
     let source = CaseSource::built_in("drill-string").unwrap();
@@ -112,13 +110,12 @@ fn property_a_longer_run_says_the_same_within_the_stated_distance() {
     let (short, long) = (short.attractor().unwrap(), long.attractor().unwrap());
     assert!((short.period - long.period).abs() <= 2.0 * short.distance * long.period);
     let (a, b) = (short.extremes.as_ref().unwrap(), long.extremes.as_ref().unwrap());
-    // The string turns: what swings is its twist.
+    // The string turns, so its twist swings.
     assert_eq!(a.of, "rotor twist");
     let amplitudes = (a.amplitude.unwrap(), b.amplitude.unwrap());
     assert!((amplitudes.0 - amplitudes.1).abs() <= 4.0 * short.distance * b.position.1.abs());
 }
 
-/// A force that comes down to zero and rises again has not let go.
 #[test]
 fn property_a_normal_force_that_touches_zero_does_not_open_the_contact() {
     let text = r#"
@@ -147,7 +144,6 @@ output = { end_time = 20.0 }
     assert_eq!(opened.count(), 0);
 }
 
-/// The paper's brake without its perturbation: rounding decides, and the second method says so.
 #[test]
 fn property_a_run_that_rounding_decides_is_called_so() {
     let text = built_in("unperturbed", &[]).in_general_form().resolved();

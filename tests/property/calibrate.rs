@@ -1,4 +1,4 @@
-//! Numbers made from known parameters, rounded, give these parameters back within the spread that is stated.
+//! Calibration with rounded values from known parameters finds these parameters within the stated spread.
 use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
@@ -17,7 +17,7 @@ fn found(text: &str) -> Calibration {
     calibrate(&study, &options, &mut |_| {}).unwrap()
 }
 
-/// The summary of a brake with this decay rate and kick at the instability, by another solver than calibrations use.
+/// Summary of a brake with these settings and a kick at the instability. The solver is not the one of calibrations.
 fn measured(settings: &[&str]) -> Summary {
     let base = CaseSource::built_in("paper").unwrap();
     let mut overrides = vec![
@@ -32,7 +32,7 @@ fn measured(settings: &[&str]) -> Summary {
     Summary::of_run(&case.system, &report)
 }
 
-/// A study that looks for a decay rate and a kick by these targets.
+/// A study that seeks a decay rate and a kick with these targets.
 fn study(settings: &str, targets: &[(&str, String)]) -> String {
     let mut text = format!(
         r#"
@@ -62,7 +62,7 @@ perturbation = [{{ kind = "kick", time = "instability", relative_velocity = 1e-6
 
 #[test]
 fn property_known_parameters_are_found_again_within_the_spread() {
-    // Brakes that differ in decay rate, kick, damping and speed.
+    // The brakes differ in decay rate, kick, damping and speed.
     for (decay, kick, others) in [
         (4.3, 2e-6, ["torsion.damping=18.0", "initial.speed=60.0"]),
         (6.2, 3e-8, ["torsion.damping=26.0", "initial.speed=25.0"]),
@@ -85,15 +85,14 @@ fn property_known_parameters_are_found_again_within_the_spread() {
         assert!(calibration.worst <= 1.0, "{calibration:?}");
         assert!(calibration.targets.iter().all(|target| target.role == Role::Held));
         for (interval, truth) in calibration.intervals.iter().zip([decay, kick]) {
-            // The truth holds, so that the set of all parameters that do has it; what is found of that set may end a
-            // little before its rim.
+            // The set of valid parameters contains the truth, but the found part may end a little before the edge.
             let slack = 0.03 * (interval.largest - interval.least);
             assert!(
                 (interval.least - slack..=interval.largest + slack).contains(&truth),
                 "{truth} is not in {interval:?}"
             );
         }
-        // The data are worth something: of the ranges, less than a third is left.
+        // The data determine the parameter: less than a third of the range is left.
         let alpha = calibration.intervals[0];
         assert!(alpha.largest - alpha.least < 7.0 / 3.0, "{alpha:?}");
     }
@@ -103,8 +102,8 @@ fn property_known_parameters_are_found_again_within_the_spread() {
 #[ignore = "long: a search that ends in a contradiction"]
 fn property_long_numbers_of_two_brakes_contradict_each_other() {
     let summaries = [5.0, 5.5].map(|decay| measured(&[&format!("friction.decay={decay}")]));
-    // Sliding loses its stability at a speed that depends on the decay rate alone, and so does the stop, but for some
-    // ten microseconds: one number from each of two brakes.
+    // Sliding loses stability at a speed that depends only on the decay rate, and so does the stop, up to about ten
+    // microseconds. Each brake gives one of the two values.
     let targets = [
         (
             "instability_time",

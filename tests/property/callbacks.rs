@@ -1,5 +1,5 @@
-//! What the callbacks let through to C: every finite value, no other, wherever it stands and however large its
-//! neighbours are; slices of the right lengths and of the system's own dimension.
+//! The callbacks pass every finite value to C and no other value, at any place and next to values of any size. Slices
+//! have the right lengths and the system's own dimension.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -12,14 +12,14 @@ use stickslip::sundials::{
 
 const BAD: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 
-/// Constant values of everything; where there are none, nothing is written.
+/// Constant values of all functions. An empty list writes nothing.
 #[derive(Default)]
 struct Constants {
     dimension: Cell<usize>,
     slopes: Vec<f64>,
     jacobian: Vec<f64>,
     crossings: Vec<f64>,
-    /// What the crossing functions find in their place.
+    /// Values that the crossing functions find in their slice.
     found: Vec<f64>,
 }
 
@@ -47,7 +47,7 @@ impl OdeSystem for Constants {
     }
 }
 
-/// `count` values of the largest size, whose sum overflows from two on, but for one of them.
+/// `count` values of the largest size, except for one. From two on, their sum overflows.
 fn largest_but(count: usize, place: usize, value: f64) -> Vec<f64> {
     let mut values = vec![f64::MAX; count];
     values[place] = value;
@@ -65,7 +65,7 @@ fn solver(system: Constants, options: CvodeOptions) -> Solver<Constants> {
     solver
 }
 
-/// The place that the error names, row and column.
+/// Row and column that the error names.
 fn named(solver: &mut Solver<Constants>, callback: Callback, value: f64) -> (usize, usize) {
     let error = solver
         .advance(1.0, AdvanceTarget::Normal)
@@ -103,14 +103,14 @@ fn property_a_value_that_is_not_finite_is_found_wherever_it_stands() {
                 ..Constants::default()
             };
             let mut jacobian = solver(system, CvodeOptions::BDF);
-            // Column by column.
+            // The matrix is stored column by column.
             assert_eq!(named(&mut jacobian, Callback::Jacobian, value), (place % n, place / n));
         }
     }
 }
 
-/// y' = 2^1023 in both components: a step of 2^-1003 goes 2^20, exactly. The sum of the slopes is 2^1024, which is more
-/// than a double holds, and so is that of the crossing functions, of which none crosses.
+/// y' = 2^1023 in both components: a step of 2^-1003 advances by exactly 2^20. The sum of the slopes is 2^1024, more
+/// than a double holds. So is the sum of the crossing functions, none of which crosses.
 #[test]
 fn property_finite_values_are_taken_even_if_their_sum_overflows() {
     let huge = 2f64.powi(1023);
@@ -152,7 +152,7 @@ fn property_crossing_functions_arrive_zeroed() {
     }
 }
 
-/// The slices' memory is of the length that the integrator was made with: another one must not come about.
+/// The memory behind the slices has the length of the integrator's creation, so another length must be impossible.
 #[test]
 fn property_a_dimension_that_changes_is_a_panic() {
     let constants = || Constants {

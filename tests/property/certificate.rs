@@ -1,11 +1,11 @@
-//! What a certificate says of results that are not what their case gives.
+//! Certificates of results that differ from the runs of their cases.
 use crate::common::cases::{built_in, recorded};
 use stickslip::analysis::bands::{Compared, compared_output};
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::{EventKind, MemoryRecorder};
 
-/// A short slide from a low speed, with a kick: sticks and slips within a fifth of a second.
+/// A short slide from a low speed with a kick: it sticks and slips within 0.2 s.
 fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
     let settings = [
         "initial.speed=3",
@@ -23,7 +23,7 @@ fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
     (case, recorder)
 }
 
-/// A final slip that only the others have: each event there is stands, and the sequence does not.
+/// Only the other methods have a final slip. Each existing event has converged, but the sequence has not.
 #[test]
 fn property_a_result_without_the_last_events_is_not_converged() {
     let (case, mut result) = quick(&[]);
@@ -40,7 +40,7 @@ fn property_a_result_without_the_last_events_is_not_converged() {
     assert!(others.iter().all(|s| s.converged || s.start == s.end));
 }
 
-/// Coarse is not noise: the others agree with each other, and say how far off the result is.
+/// A coarse result is not noise: the other methods agree with each other and measure its error.
 #[test]
 fn property_a_coarse_result_is_no_noise() {
     let (case, result) = quick(&["solver.method=\"cvode-bdf\"", "solver.rtol=1e-6"]);
@@ -60,7 +60,7 @@ fn property_a_coarse_result_is_no_noise() {
     assert!(largest > 1e-9, "not coarse: {largest:e}");
 }
 
-/// Rows at the integrator's own steps are passed over, and the others are compared all the same.
+/// Rows at the integrator's own steps are left out; all other rows are compared.
 #[test]
 fn property_rows_at_steps_leave_the_bands_as_they_are() {
     let (case, result) = quick(&[]);
@@ -77,7 +77,7 @@ fn property_rows_at_steps_leave_the_bands_as_they_are() {
     assert_eq!(taken, result.samples.iter().map(|row| row.time).collect::<Vec<_>>());
     let stepped = certify(&with_steps, &dense, &|| false).unwrap();
     for (a, b) in plain.bands.channels.iter().zip(&stepped.bands.channels) {
-        // Rates, and so the rounding in a band, are over more rows.
+        // Rates, and therefore the rounding in a band, are taken over more rows.
         assert!(
             b.band >= a.band * 0.999 && b.band <= a.band * 2.0,
             "{}: {:e} {:e}",
@@ -88,7 +88,7 @@ fn property_rows_at_steps_leave_the_bands_as_they_are() {
     }
 }
 
-/// More rows than are kept of several runs: every second or third is taken, at times that the file has.
+/// There are more rows than are kept of several runs. Every second or third row is taken, at times in the file.
 #[test]
 fn property_long_trajectories_are_thinned() {
     let (case, _) = quick(&["output={end_time=0.25, interval=1e-6, around=\"none\"}"]);
@@ -96,12 +96,12 @@ fn property_long_trajectories_are_thinned() {
     assert_eq!(compared.interval, 2e-6);
     let mut rows = Compared::new(&compared);
     let taken = (0..=250_000).filter(|k| rows.takes(f64::from(*k) * 1e-6)).count();
-    // The end is a row, whether or not it is a second one.
+    // The end is a row, whether or not the thinning selects it.
     assert!((125_001..=125_001).contains(&taken), "{taken}");
 }
 
-/// A weak early kick, of which little is left at the instability: the crossing of the margin on the way to the onset is as
-/// much noise as the onset, and the multiprecision solution has none.
+/// A weak early kick has nearly decayed at the instability. The crossing of the margin on the way to the onset is as
+/// much noise as the onset. The multiprecision solution has no such crossing.
 #[test]
 fn property_an_event_without_an_uncertainty_is_not_converged() {
     let settings = [

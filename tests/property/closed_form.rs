@@ -1,4 +1,4 @@
-//! Stick and separation in closed form, held against Taylor series.
+//! Closed forms of stick and separation, compared with Taylor series.
 
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use stickslip::simulation::series::TaylorEngine;
 use stickslip::simulation::{SystemDynamics, SystemLocation};
 use stickslip::sundials::Tolerances;
 
-/// Constant, so that no rate of slip is the fastest of a system under a large force.
+/// Constant friction, so that no rate of slip is the fastest rate of a system under a large force.
 fn law() -> FrictionLaw {
     FrictionLaw::from(Exponential {
         low_speed: 0.5,
@@ -41,7 +41,7 @@ fn of_chains(rotor: Train, stator: Train, force: Drive) -> System {
     }
 }
 
-/// One to three inertias, or none; the numbers of a shaft, a bearing and a torque are drawn for all of them.
+/// A train of up to three inertias. All of them draw their shaft, bearing and torque from the same ranges.
 fn train() -> impl Strategy<Value = Train> {
     let numbers = prop::collection::vec((0.1..10.0f64, 1.0..1e4f64, 0.0..2.0f64, 0.0..1.0f64), 0..4);
     (
@@ -99,7 +99,7 @@ fn series() -> (SolverKind, f64) {
     (SolverKind::Series, 1e-17)
 }
 
-/// By an engine to the end of a segment or the first guard: the time, the state, the guard.
+/// Runs an engine to the end of a segment or to the first guard. Returns the time, the state and the guard.
 fn run(
     engine: &mut dyn Engine<SystemLocation>,
     mode: Mode,
@@ -135,7 +135,7 @@ fn run(
     }
 }
 
-/// Largest energy on the way: what sizes come of.
+/// Largest energy of the motion. It gives the sizes of the errors.
 fn turnover(dynamics: &SystemDynamics, mode: Mode, y: &[f64], end: &[f64]) -> f64 {
     let system = &dynamics.system;
     let outside = dynamics.outside(&SystemLocation::new(mode, 0), 0.0);
@@ -146,7 +146,8 @@ fn turnover(dynamics: &SystemDynamics, mode: Mode, y: &[f64], end: &[f64]) -> f6
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Stick and separation of any chains against their Taylor series, over some hundred periods; and their energy is kept.
+    /// Closed forms of stick and separation agree with the Taylor series of any chains over some hundred periods, and
+    /// their energy is conserved.
     #[test]
     fn property_closed_forms_are_the_taylor_series(
         rotor in train(), stator in train(), stuck: bool, draws in prop::array::uniform16(-1.0..1.0f64),
@@ -188,7 +189,7 @@ proptest! {
         if let Some(of_stator) = size.get_mut(system.slip + ANGLE) {
             *of_stator = angle;
         }
-        // Both round the frequencies, and so the phases in proportion to time.
+        // Both methods round the frequencies, so the phases err in proportion to time.
         let tolerance = 1e-13 + 1e-15 * span / dynamics.unit(0);
         for k in 0..system.dimension {
             let error = (closed[k] - taylor[k]).abs();
@@ -197,7 +198,7 @@ proptest! {
         if stuck {
             let outside = dynamics.outside(&SystemLocation::new(mode, 0), span);
             let terms = system.relative_velocity_terms(&outside, &closed);
-            // Each term is a sum over the modes of both chains, up to sixteen, of numbers as large as the terms.
+            // Each term is a sum over up to sixteen modes of both chains, of numbers as large as the terms.
             prop_assert!(system.relative_velocity(&outside, &closed).abs() <= 32.0 * f64::EPSILON * terms);
             prop_assert!(closed[system.slip] == 0.0 && closed[system.slip + FRICTION_LOSS] == 0.0);
         }
@@ -210,8 +211,8 @@ proptest! {
         prop_assert!((total(&closed) - total(&y)).abs() <= 1e-14 * energy);
     }
 
-    /// A stick breaks away when its Taylor series says so, under a constant force, a falling one and a rippled one; and by any
-    /// of the tested torques the limit is met there, and not before.
+    /// A stick breaks away at the time given by its Taylor series, under a constant, a falling and a rippled force.
+    /// The tested torque reaches its limit at that time and not before.
     #[test]
     fn property_breakaway_is_that_of_the_taylor_series(
         rotor in train(), stator in train(), draws in prop::array::uniform16(-1.0..1.0f64), share in 1.01..3.0f64,
@@ -269,7 +270,7 @@ proptest! {
         }
         if test == BreakawayTest::Transmitted {
             let (other, _, by_series, _) = run(&mut TaylorEngine::new(dynamics.clone()), Mode::Stick, &y, span);
-            // Where the torque only just reaches its limit, rounding moves the time, or whether it does.
+            // If the torque only just reaches its limit, rounding decides the time, and whether the limit is reached.
             let h = 1e-6 * dynamics.unit(0);
             dynamics.closed_state(&SystemLocation::new(Mode::Stick, 0), 0.0, &y, (time - h).max(0.0), &mut inside);
             let slope = gap((time - h).max(0.0), &inside).0 / h;
@@ -283,7 +284,7 @@ proptest! {
     }
 }
 
-/// A stick whose motion has died under a force that stays is one step to any time, and so is one under a ripple.
+/// A stick whose motion has died takes one step to any time under a constant force, and also under a ripple.
 #[test]
 fn analytic_a_stick_that_never_ends_is_one_step() {
     let block = Train {
@@ -308,11 +309,11 @@ fn analytic_a_stick_that_never_ends_is_one_step() {
     });
     let two = of_chains(block.clone(), block, force);
     let dynamics = Arc::new(SystemDynamics::new(&two, 0.0));
-    // Between two walls, with 4e-6 rad as the sum of their twists; both torques push the joined blocks one way.
+    // The blocks lie between two walls, and their twists sum to 4e-6 rad. Both torques push them the same way.
     let y = [3e-6, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0];
     let (time, end, guard, steps) = run(&mut ClosedFormEngine::new(dynamics), Mode::Stick, &y, 1e9);
     assert_eq!((time, guard, steps), (1e9, None, 1));
     assert!(end[0].abs() < 1e-20 && (end[2] - 4e-6).abs() < 1e-20, "{end:?}");
-    // They have moved by 3e-6 rad against 4 N m.
+    // The blocks have moved by 3e-6 rad against 4 N m.
     assert!((end[4 + WORK] - 12e-6).abs() < 1e-19, "{end:?}");
 }

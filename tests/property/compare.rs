@@ -1,4 +1,4 @@
-//! What is done to a copy of the reference comes back from the comparison.
+//! The comparison finds the changes that were made in a copy of the reference.
 
 use crate::common::compare::{compare, compare_quick, csv, events_csv, paper, rows_of, run, word_of, write};
 use crate::common::unlocked;
@@ -6,7 +6,7 @@ use stickslip::compare::{Comparison, Detection, Detector, Mapping, Point, Refere
 use stickslip::record::sequence::Fault;
 use stickslip::results::ResultFile;
 
-/// A copy of the reference in which values of one variable are changed.
+/// Comparison of a copy of the reference with changed values of one variable.
 fn changed(variable: &str, change: impl Fn(usize, f64) -> f64) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("copy.h5");
@@ -24,7 +24,6 @@ fn changed(variable: &str, change: impl Fn(usize, f64) -> f64) -> Comparison {
     compare(&copy, &Mapping::default())
 }
 
-/// The rows of /events that are in the event sequence.
 fn word_rows() -> Vec<usize> {
     let events = ResultFile::open(paper()).unwrap().events().unwrap();
     (0..events.len())
@@ -46,7 +45,7 @@ fn property_a_copy_has_no_errors() {
     assert_eq!(c.event_errors.max, Some(0.0));
     assert!(c.sequence.is_empty() && c.causes.is_empty());
     assert_eq!(c.samples_too_sparse, 0);
-    // Rounding of one polynomial: digits of the largest value of a channel, less one.
+    // Rounding of one polynomial: the digits of the largest value of a channel, minus one.
     let worst = c
         .channels
         .iter()
@@ -72,7 +71,7 @@ fn property_the_error_of_one_event_comes_back() {
 #[test]
 fn property_the_error_of_one_channel_comes_back() {
     let c = changed("trajectory/rotor_twist", |k, u| if k == 7000 { u + 2e-9 } else { u });
-    // Beside the rounding of an interpolation, 1e-21 rad.
+    // The interpolation rounds by 1e-21 rad.
     assert!(
         (channel(&c, "rotor_twist") - 2e-9).abs() < 1e-17,
         "{}",
@@ -88,7 +87,6 @@ fn property_the_error_of_one_channel_comes_back() {
     assert_eq!(worst.unwrap().max_at, time);
 }
 
-/// What is named when the event sequence is changed.
 fn faults(change: impl Fn(&mut Vec<(f64, String)>)) -> Vec<(Fault, &'static str, usize)> {
     let folder = tempfile::tempdir().unwrap();
     let mut word = word_of(paper());
@@ -100,7 +98,7 @@ fn faults(change: impl Fn(&mut Vec<(f64, String)>)) -> Vec<(Fault, &'static str,
 #[test]
 fn property_dropped_doubled_swapped_and_renamed_events_are_named() {
     assert_eq!(faults(|_| {}), []);
-    // Also the first and the last one.
+    // The first and the last event are included.
     for at in [0, 20, 33, 94] {
         let kind = if at % 2 == 0 { "stick" } else { "slip" };
         let dropped = faults(|word| {
@@ -116,7 +114,7 @@ fn property_dropped_doubled_swapped_and_renamed_events_are_named() {
     }
     let renamed = faults(|word| word[20].1 = "reversal".to_owned());
     assert_eq!(renamed, [(Fault::Renamed, "stick", 20)]);
-    // The kinds change places, the times stay in order.
+    // The kinds change places, and the times stay in order.
     let swapped = faults(|word| {
         let kind = word[20].1.clone();
         word[20].1 = word[21].1.clone();
@@ -149,7 +147,7 @@ fn property_a_shifted_run_has_the_errors_of_its_shift_and_none_in_its_phase() {
     let of_velocity = in_phase
         .filter(|row| row.channel == "relative_velocity")
         .map(|row| row.max);
-    // Times of 7 s are rounded to 1e-15 s, and omega_r changes by 8e3 rad/s^2: 1e-11 rad/s.
+    // Times of 7 s are rounded to 1e-15 s, and omega_r changes by 8e3 rad/s^2. This gives 1e-11 rad/s.
     assert!(of_velocity.fold(0.0, f64::max) < 3e-11);
 }
 
@@ -165,8 +163,8 @@ fn property_events_found_in_a_series_are_those_of_its_table() {
         c.verdict
     );
     assert!(c.detection.is_some());
-    // What a parabola and a cubic leave out over samples of T_n/96 is of the size (3 * 2 pi/96)^2/2, 2 %, of a sample of
-    // 2.5 us, at a breakaway, and less at a stop.
+    // The error of a parabola and a cubic over samples of T_n/96 is about (3 * 2 pi/96)^2/2, 2 %, of a sample of 2.5
+    // us at a breakaway, and less at a stop.
     assert!(c.event_errors.max.unwrap() < 5e-8, "{}", c.verdict);
     assert!(c.causes.is_empty(), "{}", c.verdict);
 }
@@ -175,7 +173,7 @@ fn property_events_found_in_a_series_are_those_of_its_table() {
 fn property_a_sparse_reference_is_run_again_for_its_states() {
     let folder = tempfile::tempdir().unwrap();
     let sparse = folder.path().join("sparse.h5");
-    // No window: one sample in 10 ms, none of them in the middle of a stick or slip.
+    // There is no window: one sample in 10 ms, none of them in the middle of a stick or slip.
     run(&sparse, "paper", &["output.window=[]", "output.around=none"]);
     let c = Reference::open(&sparse)
         .unwrap()
@@ -183,7 +181,7 @@ fn property_a_sparse_reference_is_run_again_for_its_states() {
         .unwrap();
     assert!(c.reference_repeated);
     assert_eq!(c.samples_too_sparse, 0);
-    // The rounding of an event's time, 1e-13 s on the clock of its segment, at 8e3 rad/s^2.
+    // The rounding of an event's time is 1e-13 s on the clock of its segment, at 8e3 rad/s^2.
     assert!(
         channel(&c, "relative_velocity") < 2e-9,
         "{}",
@@ -208,12 +206,12 @@ fn property_a_part_of_a_run_is_held_against_that_part() {
 #[test]
 fn property_the_energy_balance_of_a_result_closes_and_a_false_rate_opens_it() {
     let of = |path: &std::path::Path| compare_quick(path, Mapping::default()).energy_drift.unwrap();
-    // Events lie between samples of T_n/96; each costs up to the power times a part of that.
+    // Events lie between samples of T_n/96. Each costs at most the power times a part of that interval.
     let drift = of(paper());
     assert!(drift.max < 1e-6 * drift.initial, "{drift:?}");
     let folder = tempfile::tempdir().unwrap();
     let wrong = rows_of(paper(), 6.966).into_iter().map(|(t, mut values)| {
-        // As if 1 % of the rotor's kinetic energy came back in the end.
+        // As if 1 % of the rotor's kinetic energy came back at the end.
         values[4] *= if t > 6.98 { 1.005 } else { 1.0 };
         (t, values)
     });
@@ -227,12 +225,12 @@ fn property_the_energy_balance_of_a_result_closes_and_a_false_rate_opens_it() {
     );
 }
 
-/// Samples that a slip goes on in are passed over; what is found is the same to the bit, wherever blocks end.
+/// Samples inside a continuing slip are skipped. The result is the same to the bit, wherever blocks end.
 #[test]
 fn property_events_are_found_without_looking_at_every_sample() {
     let rows = rows_of(paper(), 6.966);
     let velocities: Vec<f64> = rows.iter().map(|row| row.1[5]).collect();
-    // Separations in slip, in stick, and over one sample.
+    // Separations in slip, in stick, and over a single sample.
     let away = |k: usize| k % 1777 < 5 || k % 901 == 17;
     let forces: Vec<f64> = (0..rows.len()).map(|k| if away(k) { -1.0 } else { 1.0 }).collect();
     for (with_force, velocity_tolerance) in [(false, 1e-8), (true, 1e-8), (false, 1.0), (true, 0.0)] {
@@ -260,13 +258,13 @@ fn property_events_are_found_without_looking_at_every_sample() {
             }
             (detector.plateau(), detector.finish(), seen)
         };
-        // In blocks of one sample nothing can be passed over.
+        // Blocks of one sample allow no skipping.
         let (plateau, events, seen) = found(1);
         assert_eq!(seen, rows.len());
         for block in [7, 1000, rows.len()] {
             let (same_plateau, same, seen) = found(block);
             assert_eq!((same_plateau, &same), (plateau, &events), "{block}, {with_force}");
-            // A tolerance above all that is left of omega_r makes one stick of it, of which every sample is looked at.
+            // A tolerance above all remaining values of omega_r gives one stick, with every sample examined.
             assert!(velocity_tolerance > 0.1 || seen < rows.len());
         }
     }

@@ -1,4 +1,4 @@
-//! Solvers of a block on a belt, sound or with one fault, against the reference: what `compare` says of each.
+//! Reports of `compare` on solvers of a block on a belt: sound ones, and solvers with one fault.
 
 use crate::common::cases::built_in;
 use crate::common::compare::{agrees, causes, evidence};
@@ -10,15 +10,14 @@ use stickslip::SavedRun;
 use stickslip::compare::{Cause, CompareProgress, CompareStage, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 
-/// Runs a built-in case of trains with overrides into a result file.
 fn run(path: &Path, case: &str, overrides: &[&str]) {
-    // Samples at one interval, as another solver writes them.
+    // Samples at one constant interval, as from another solver.
     let case = built_in(case, &[overrides, &["output.around=none"]].concat());
     let report = SavedRun::new(&case, path).overwrite(Overwrite::Force).start().unwrap();
     assert!(report.run.failure.is_none() && report.unsaved.is_none());
 }
 
-/// A run that is made once in this program.
+/// A run that is made only once per test program.
 fn made(file: &'static OnceLock<(tempfile::TempDir, PathBuf)>, case: &str, overrides: &[&str]) -> &'static Path {
     &file
         .get_or_init(|| {
@@ -40,7 +39,6 @@ fn drill_string() -> &'static Path {
     made(&FILE, "drill-string", &[])
 }
 
-/// A smooth function in the place of the sign.
 type Smooth = fn(f64) -> f64;
 
 /// An explicit solver of Leine's belt: m = k = F_s = 1, belt speed 0.2, friction 1/(1 + 3 |w|).
@@ -51,15 +49,15 @@ struct Solver {
     damping: f64,
     /// Factor of the friction in slip.
     friction: f64,
-    /// At which the stick ends.
+    /// Friction force at which the stick ends.
     breakaway: f64,
-    /// Events within a step, not at its end.
+    /// Whether events are located within a step instead of at its end.
     located: bool,
-    /// Instead of stick, with eps.
+    /// Smooth law that replaces the stick, with its eps.
     smooth: Option<(Smooth, f64)>,
 }
 
-/// The classical Runge-Kutta method with events: it errs by 1e-10 in a slip.
+/// The classical Runge-Kutta method with located events. Its error in a slip is 1e-10.
 const SOUND: Solver = Solver {
     step: 0.01,
     stiffness: 1.0,
@@ -163,12 +161,11 @@ fn judged(reference: &Path, texts: &[(&str, String)], change: impl Fn(&mut Mappi
     reference.compare(&folder.path().join(texts[0].0), &mapping).unwrap()
 }
 
-/// Rows judged by themselves.
 fn rows_judged(reference: &Path, rows: &[[f64; 3]]) -> Comparison {
     judged(reference, &[("mine.csv", csv("t,x,v", rows))], |_| {})
 }
 
-/// The same, but no cause is sought.
+/// Like [`rows_judged`], without a search for causes.
 fn rows_compared(reference: &Path, rows: &[[f64; 3]], change: impl Fn(&mut Mapping)) -> Comparison {
     judged(reference, &[("mine.csv", csv("t,x,v", rows))], |mapping| {
         mapping.quick = true;
@@ -180,7 +177,6 @@ fn judge(solver: Solver) -> Comparison {
     rows_judged(belt(), &solver.run().0)
 }
 
-/// Rows with a table of events.
 fn judged_with_events(rows: &[[f64; 3]], events: &[(f64, &str)]) -> Comparison {
     let mut table = "time,kind\n".to_owned();
     for (time, kind) in events {
@@ -193,7 +189,7 @@ fn judged_with_events(rows: &[[f64; 3]], events: &[(f64, &str)]) -> Comparison {
     )
 }
 
-/// The reference's own values, with a constant added to positions and speeds.
+/// Comparison of the reference's own values after adding a constant to positions and speeds.
 fn moved(position: f64, speed: f64) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
     let (reference, rows) = own_rows(folder.path(), "belt-leine", ["time", "phi1", "phi1_dot"]);
@@ -201,7 +197,7 @@ fn moved(position: f64, speed: f64) -> Comparison {
     rows_compared(&reference, &rows, |_| {})
 }
 
-/// Nothing is left of the reference's own values, and a constant is found as what it is.
+/// The reference's own values have no error, and an added constant is found exactly.
 #[test]
 fn analytic_a_score_without_a_threshold_is_the_error_that_was_added() {
     let score = moved(0.0, 0.0).score.unwrap();
@@ -222,11 +218,11 @@ fn analytic_a_score_without_a_threshold_is_the_error_that_was_added() {
     );
     assert!((creep.rms - 1e-4).abs() < 1e-12 && creep.reference == 0.0, "{creep:?}");
     assert!((creep.candidate - 1e-4).abs() < 1e-12 && creep.size > 0.1, "{creep:?}");
-    // A position that is 1 mm off crosses the reference's mean elsewhere, but as often.
+    // A position that is 1 mm off crosses the reference's mean at other times, but equally often.
     assert!(score.period.unwrap().relative < 1e-4);
 }
 
-/// A regularised law creeps at its sticks, and its cycles are shorter: known without finding one of its events.
+/// A regularised law creeps during sticks, and its cycles are shorter. Both are found without any of its events.
 #[test]
 fn published_a_regularised_law_is_seen_without_a_threshold() {
     let solver = Solver {
@@ -236,12 +232,12 @@ fn published_a_regularised_law_is_seen_without_a_threshold() {
     };
     let rows = solver.run().0;
     let score = rows_compared(belt(), &rows, |_| {}).score.unwrap();
-    // At the end of a stick mu = 1/(1 + 3 w) carries what the spring does; over its middle half some 1e-4 to 1e-3 m/s.
+    // At the end of a stick, mu = 1/(1 + 3 w) balances the spring; in its middle half, w is 1e-4 to 1e-3 m/s.
     let creep = score.creep.unwrap();
     assert!((1e-5..1e-3).contains(&creep.rms) && creep.reference == 0.0, "{creep:?}");
     let period = score.period.unwrap();
     assert!((period.error + 0.10043135).abs() < 1e-4, "{period:?}");
-    // Its slips begin slowly: the higher threshold is reached later.
+    // Its slips begin slowly, so they reach the higher threshold later.
     let moved = rows_compared(belt(), &rows, |mapping| {
         mapping.set_tolerance("1 mm/s").unwrap();
     });
@@ -256,7 +252,7 @@ fn published_a_regularised_law_is_seen_without_a_threshold() {
     assert_eq!(plain.candidate_events, effect.events_without);
 }
 
-/// One late event is no drift, and is the first wrong one although a later event has a larger error.
+/// One late event is not a drift. It is the first wrong event, although a later event has a larger error.
 #[test]
 fn analytic_a_late_event_is_named_and_is_no_drift() {
     let (rows, mut events) = SOUND.run();
@@ -277,7 +273,7 @@ fn analytic_a_late_event_is_named_and_is_no_drift() {
     let wrong = c.first_wrong.unwrap();
     assert_eq!((wrong.position, wrong.kind, wrong.fault), (6, "slip", None));
     assert!((wrong.error.unwrap() - 8.58e-3).abs() < 1e-7, "{wrong:?}");
-    // A stiffer spring makes each cycle shorter by as much.
+    // A stiffer spring makes every cycle shorter by the same amount.
     let stiff = Solver {
         stiffness: 1.003,
         ..SOUND
@@ -285,8 +281,8 @@ fn analytic_a_late_event_is_named_and_is_no_drift() {
     assert!(rows_compared(belt(), &stiff.run().0, |_| {}).cycles.unwrap().drifts);
 }
 
-/// A run that conserves its balance shows no drift, however coarse its samples and wherever events lie between them; energy that
-/// comes from nowhere does.
+/// A run that conserves its energy balance shows no drift, however coarse its samples are and wherever events lie
+/// between them. A run that gains energy does.
 #[test]
 fn property_a_drift_of_energy_is_above_what_the_samples_resolve() {
     let folder = tempfile::tempdir().unwrap();
@@ -305,7 +301,7 @@ fn property_a_drift_of_energy_is_above_what_the_samples_resolve() {
     assert!(drift.is_resolved(), "{drift:?}");
 }
 
-/// The stages come one after the other, and what is done never decreases.
+/// The stages follow each other, and the number of finished parts never decreases.
 #[test]
 fn property_a_comparison_says_how_far_it_is() {
     let folder = tempfile::tempdir().unwrap();
@@ -347,19 +343,19 @@ fn own_rows(folder: &Path, case: &str, columns: [&str; 3]) -> (PathBuf, Vec<[f64
     (path, rows)
 }
 
-/// Its events come with it: their errors are those against the known solution.
+/// The solver gives its events, so their errors are those against the known solution.
 #[test]
 fn published_a_sound_solver_is_judged_by_its_true_error() {
     let (rows, events) = SOUND.run();
     let c = judged_with_events(&rows, &events);
     assert_eq!(causes(&c), [], "{}", c.verdict);
     assert_eq!((c.missing, c.spurious, c.reference_events), (0, 0, 16), "{}", c.verdict);
-    // Slip and period as in the case belt-leine; the first slip begins at 5 s.
+    // Slip and period as in the case belt-leine. The first slip begins at 5 s.
     let (slip, period) = (4.295_999_525_480_155, 12.001_031_294_830_579);
     let exact = |k: usize| 5.0 + period * (k / 2) as f64 + if k % 2 == 1 { slip } else { 0.0 };
     for (k, (time, _)) in events.iter().enumerate() {
         let error = c.event_errors.events[k].error;
-        // What the reference itself errs by.
+        // The error of the reference itself.
         assert!((error - (time - exact(k))).abs() < 1e-10, "{k}: {error:e}");
     }
     assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
@@ -368,7 +364,7 @@ fn published_a_sound_solver_is_judged_by_its_true_error() {
     let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
     assert_eq!((ours.sticks, theirs.sticks), (1, 1));
     assert!((theirs.period - period).abs() < 1e-8 && (theirs.amplitude.unwrap() - 0.844688683252).abs() < 1e-8);
-    // A step of 0.01 errs by 1e-10 in the states, which a slip ends with.
+    // A step of 0.01 errs by 1e-10 in the states at the end of a slip.
     let fewest = c
         .channels
         .iter()
@@ -376,8 +372,8 @@ fn published_a_sound_solver_is_judged_by_its_true_error() {
         .min_by(f64::total_cmp)
         .unwrap();
     assert!(fewest > 7.0, "{fewest}");
-    // The time of a stop is known to some 1e-4 s between samples of 0.01 s, and the power of the belt jumps there by 0.3 W: 3e-5 J in
-    // each of 16 events.
+    // Between samples of 0.01 s, the time of a stop is known to about 1e-4 s. The power of the belt jumps there by 0.3
+    // W, which gives 3e-5 J for each of 16 events.
     assert!(c.energy_drift.unwrap().max < 1e-3, "{:?}", c.energy_drift);
 }
 
@@ -385,7 +381,7 @@ fn published_a_sound_solver_is_judged_by_its_true_error() {
 fn property_a_sound_solver_is_not_accused() {
     let c = judge(SOUND);
     agrees(&c);
-    // The parabolas of the detection, with 600 samples in a period.
+    // The detection uses parabolas, with 600 samples in a period.
     assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
 }
 
@@ -407,7 +403,7 @@ fn property_regularised_friction_is_recognised_with_its_speed() {
     }
 }
 
-/// With a threshold its sticks count, and the period is that of the regularised law.
+/// A threshold makes its sticks count. The period is that of the regularised law.
 #[test]
 fn published_a_regularised_period_is_short_by_what_is_known() {
     let solver = Solver {
@@ -419,18 +415,17 @@ fn published_a_regularised_period_is_short_by_what_is_known() {
     let c = judged(belt(), &texts, |mapping| mapping.set_tolerance("10 mm/s").unwrap());
     assert!(c.missing == 0 && c.spurious <= 1, "{}", c.verdict);
     let cycles = c.cycles.as_ref().unwrap();
-    // 11.90059994 less 12.00103129 s, to what the detection errs by.
+    // 11.90059994 s minus 12.00103129 s, to the error of the detection.
     assert!((cycles.per_cycle + 0.10043135).abs() < 1e-4, "{cycles:?}");
     let theirs = c.attractors.unwrap()[1].unwrap();
     assert!(
-        // The ends of a single period are known to a sample.
+        // The ends of a single period are known to within a sample.
         (theirs.period - 11.90059994).abs() < 1e-3 && theirs.sticks == 1,
         "{theirs:?}"
     );
     evidence(&c, Cause::RegularisedLaw, &[]);
 }
 
-/// Where the reference is regularised too, the same threshold is crossed.
 #[test]
 fn property_a_regularised_reference_is_compared_by_its_threshold() {
     static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
@@ -442,12 +437,12 @@ fn property_a_regularised_reference_is_compared_by_its_threshold() {
     };
     let c = rows_judged(reference, &solver.run().0);
     agrees(&c);
-    // Parabolas through samples of 1 ms; near |w| = 10 mm/s it changes over milliseconds.
+    // Parabolas through samples of 1 ms. Near |w| = 10 mm/s, w changes over milliseconds.
     assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
     assert!(c.cycles.unwrap().per_cycle.abs() < 1e-5);
 }
 
-/// A result of the program itself says by its case what it is.
+/// The case of a result of this program tells its law.
 #[test]
 fn property_a_regularised_case_is_named_by_its_keys() {
     let folder = tempfile::tempdir().unwrap();
@@ -460,7 +455,6 @@ fn property_a_regularised_case_is_named_by_its_keys() {
     assert!(keys.contains(&"friction.regularisation.speed"), "{keys:?}");
 }
 
-/// The one number that a comparison names: its path and its value.
 fn one_number(c: &Comparison) -> (&str, f64) {
     assert_eq!(causes(c).first(), Some(&Cause::AnotherParameter), "{}", c.verdict);
     let found = c.parameters.as_ref().unwrap();
@@ -492,7 +486,7 @@ fn property_another_number_of_the_equations_is_named_with_its_value() {
         []
     );
 
-    // What the case does not have: a damping of the shaft to the ground is one of the mass.
+    // The case has no such parameter: damping of the shaft to the ground acts like damping of the mass.
     let c = judge(Solver { damping: 0.05, ..SOUND });
     let (path, value) = one_number(&c);
     let or = &c.parameters.as_ref().unwrap().or;
@@ -531,11 +525,11 @@ fn property_events_at_the_ends_of_steps_are_named() {
     });
     evidence(&c, Cause::EventsLate, &[]);
     assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
-    // Steps beyond the stop and the limit make each cycle longer.
+    // Steps beyond the stop and beyond the limit make each cycle longer.
     assert!(c.cycles.unwrap().per_cycle.abs() > 1e-4);
 }
 
-/// The bounds reach from the guard of the reference to where the solver switches.
+/// The bounds extend from the guard of the reference to the time at which the solver switches.
 #[test]
 fn property_a_bound_hides_no_switch_at_the_end_of_a_step() {
     for located in [true, false] {
@@ -568,13 +562,13 @@ fn property_units_signs_and_offsets_are_named() {
     evidence(&milliseconds, Cause::WrongUnits, &["time looks like ms"]);
     let millimetres = changed(|[t, x, v]| [t, 1e3 * x, v]);
     evidence(&millimetres, Cause::WrongUnits, &["phi1 looks like mm"]);
-    // The program's sign of the relative velocity is belt less block.
+    // The program's relative velocity is that of the belt minus that of the block.
     let turned: Vec<[f64; 3]> = rows.iter().map(|&[t, x, v]| [t, x, v - SPEED]).collect();
     let turned = judged(belt(), &[("mine.csv", csv("t,x,relative_velocity", &turned))], |_| {});
     evidence(&turned, Cause::WrongUnits, &["relative_velocity has the opposite sign"]);
 }
 
-/// The rows of a drill string as a plain solver has them: absolute angles and speeds.
+/// Rows of a drill string as from a plain solver: absolute angles and speeds.
 fn absolute(factor: f64) -> String {
     let file = ResultFile::open(drill_string()).unwrap();
     let rows = file.sample_count().unwrap();
@@ -619,7 +613,7 @@ fn property_absolute_coordinates_become_the_channels() {
     evidence(&degrees, Cause::WrongUnits, &["deg"]);
 }
 
-/// omega_r = 0 in the first sample of what slips at once is no stick.
+/// A motion that slips at once has no stick, although omega_r = 0 in its first sample.
 #[test]
 fn property_a_run_that_slips_from_rest_has_no_first_slip() {
     let folder = tempfile::tempdir().unwrap();
@@ -628,7 +622,7 @@ fn property_a_run_that_slips_from_rest_has_no_first_slip() {
     agrees(&c);
 }
 
-/// The equations lead from one sample to the next, however far that is.
+/// The equations connect one sample with the next at any distance.
 #[test]
 fn property_a_sparse_reference_is_a_function_of_time() {
     let folder = tempfile::tempdir().unwrap();
@@ -652,12 +646,12 @@ fn property_a_sparse_reference_is_a_function_of_time() {
             .filter_map(|row| row.mescd)
             .min_by(f64::total_cmp)
             .unwrap();
-        // What the runs themselves err by.
+        // The errors of the runs themselves.
         assert!(c.samples > 100 && fewest > 8.5, "{case}: {fewest}");
     }
 }
 
-/// Every event of a sound solver but one slip and one stick in the middle, or one of each too many.
+/// Every event of a sound solver except one slip and one stick in the middle, or with one of each added.
 #[test]
 fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
     let (rows, events) = SOUND.run();
@@ -669,7 +663,7 @@ fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
     let positions: Vec<usize> = c.sequence.iter().map(|difference| difference.position).collect();
     assert_eq!(positions, [6, 7], "{}", c.verdict);
     assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
-    // Of 2.57 s, if later events were matched with those of the next cycle; all errors are below 1e-7 s.
+    // Matched with the events of the next cycle, later events would err by 2.57 s. All errors are below 1e-7 s.
     assert!(c.cycles.unwrap().per_cycle.abs() < 1e-7);
 
     let mut with = events.clone();
@@ -680,7 +674,7 @@ fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
     assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
 }
 
-/// A spring that is twisted at the start: phi_2 - phi_1 from positions is what a file has as slip displacement.
+/// The spring is twisted at the start. phi_2 - phi_1 from positions equals the slip displacement of a file.
 #[test]
 fn property_a_slip_displacement_follows_from_a_position_that_starts_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
@@ -693,16 +687,16 @@ fn property_a_slip_displacement_follows_from_a_position_that_starts_elsewhere() 
             .iter()
             .filter(|row| row.channel == "slip_displacement")
             .collect();
-        // The rounding of positions of some metres; between samples, what the reference errs by.
+        // The rounding of positions of some metres, and between samples the error of the reference.
         for row in &slip {
             assert!(row.max < 1e-9, "{case}: {row:?}");
         }
-        // Of what stands on the ground the slip displacement is the position itself, and is compared as that.
+        // For a system on the ground, the slip displacement is the position itself and is compared as the position.
         assert!(!slip.is_empty() || case != "belt-coulomb", "{case}");
     }
 }
 
-/// The regularised law is the reference's.
+/// The reference has the regularised law, not the candidate.
 #[test]
 fn property_a_true_stick_is_not_called_regularised() {
     static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
@@ -718,7 +712,7 @@ fn property_a_true_stick_is_not_called_regularised() {
     assert!(refused.contains("leave out --hysteresis"), "{refused}");
 }
 
-/// A clutch locks for good.
+/// A clutch locks permanently.
 #[test]
 fn property_a_motion_without_cycles_has_a_final_stick() {
     let folder = tempfile::tempdir().unwrap();
@@ -737,7 +731,7 @@ fn property_a_motion_without_cycles_has_a_final_stick() {
     assert!(c.absent.iter().all(|absent| absent.what != "final_stick"));
 }
 
-/// Its own samples, with a period that is the same both ways round (a block, Den Hartog's oscillator), and short sticks on a belt.
+/// The reference's own samples: two equal halves of a period (a block, Den Hartog), and short sticks on a belt.
 #[test]
 fn property_a_period_of_samples_is_that_of_the_reference() {
     let folder = tempfile::tempdir().unwrap();
@@ -749,7 +743,7 @@ fn property_a_period_of_samples_is_that_of_the_reference() {
         let (path, rows) = own_rows(folder.path(), case, ["time", x, v]);
         let c = rows_judged(&path, &rows);
         let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
-        // Both ends are found within an interval of the samples.
+        // Both ends are found within one sampling interval.
         assert!(
             (theirs.period - ours.period).abs() < 2.0 * c.interval.unwrap(),
             "{case}: {theirs:?} for {ours:?}"

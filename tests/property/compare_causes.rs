@@ -1,4 +1,4 @@
-//! Mistakes that were once laid on a part that was right: what is said of each is true, or nothing is said.
+//! Faults that an earlier version attributed to a correct part. Each reported cause is true, or none is reported.
 
 use crate::common::cases::built_in;
 use crate::common::compare::causes;
@@ -16,7 +16,7 @@ fn run(folder: &Path, name: &str, case: &str, overrides: &[&str]) -> PathBuf {
     path
 }
 
-/// The time and some columns of a result as another program would write them.
+/// Time and some columns of a result, as another program would write them.
 fn csv(path: &Path, columns: &[&str]) -> String {
     let file = ResultFile::open(path).unwrap();
     let rows = file.sample_count().unwrap();
@@ -40,7 +40,7 @@ fn judged(reference: &Path, text: &str) -> Comparison {
     reference.compare(&path, &reference.mapping()).unwrap()
 }
 
-/// The samples of a case with some keys changed, against the case itself.
+/// Samples of a case with changed keys, compared with the case itself.
 fn planted(case: &str, overrides: &[&str], columns: &[&str]) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
     let reference = run(folder.path(), "reference.h5", case, &[]);
@@ -48,11 +48,11 @@ fn planted(case: &str, overrides: &[&str], columns: &[&str]) -> Comparison {
     judged(&reference, &csv(&other, columns))
 }
 
-/// Asserts that one number is named, alone or with others that do as well, and that it has this value.
+/// Asserts that one parameter is named, alone or with equivalent ones, and that it has this value.
 #[track_caller]
 fn names(c: &Comparison, path: &str, value: f64) {
     let found = c.parameters.as_ref().unwrap_or_else(|| panic!("{}", c.verdict));
-    // A belt that sticks from the start shows no more of a twist at t = 0 than of another clock.
+    // For a belt that sticks from the start, a twist at t = 0 looks like a shifted clock.
     let of_start = path.starts_with("initial.");
     assert!(
         match causes(c)[..] {
@@ -86,7 +86,7 @@ fn property_a_number_of_a_belt_is_named_and_nothing_else_is() {
     ] {
         let c = planted("belt-leine", &[&format!("{key}={value}")], &BELT);
         let found = c.parameters.as_ref().unwrap_or_else(|| panic!("{key}: {}", c.verdict));
-        // The general form numbers what is a list.
+        // The general form numbers the elements of lists.
         let mut all = found.numbers.iter().chain(&found.or);
         let path = all
             .find(|number| number.path.starts_with(key))
@@ -112,7 +112,7 @@ fn property_a_right_export_is_not_accused() {
     }
 }
 
-/// Two numbers at once are both named, or neither is; the law at rest is not blamed for them.
+/// Two changed parameters are both named, or neither is. The contact's law at rest is not blamed for them.
 #[test]
 fn property_two_numbers_are_not_laid_on_the_stick_test() {
     let c = planted("belt-leine", &["stator.stiffness=1.02", "friction.scale=0.34"], &BELT);
@@ -126,7 +126,7 @@ fn property_two_numbers_are_not_laid_on_the_stick_test() {
     }
 }
 
-/// A cosine for a sine, and a drive that turns otherwise.
+/// A cosine instead of a sine, and a drive that turns differently.
 #[test]
 fn property_another_drive_is_no_clock_and_no_sign() {
     let c = planted("den-hartog", &["stator.torque.phase=1.5707963267948966"], &BELT);
@@ -136,7 +136,7 @@ fn property_another_drive_is_no_clock_and_no_sign() {
     names(&c, "stator.torque.angular_frequency", 0.51);
 }
 
-/// Mistakes that were laid on the kick, the velocity tolerance, the law at rest, damping or signs: the number is named, or nothing is.
+/// Faults once attributed to kick, velocity tolerance, law at rest, damping or signs. The parameter is named, or none.
 #[test]
 #[ignore = "long: a search for the cause for each number"]
 fn property_long_a_number_is_not_laid_on_another_part() {
@@ -158,7 +158,7 @@ fn property_long_a_number_is_not_laid_on_another_part() {
                 Cause::StickTest => key == "friction.breakaway",
                 Cause::AnotherParameter => c.parameters.as_ref().is_some_and(|found| {
                     let mut all = found.numbers.iter().chain(&found.or);
-                    // The general form has a speed at t = 0 of each inertia.
+                    // The general form has an initial speed for each inertia.
                     let is_initial = |path: &str| key == "initial.speed" && path.starts_with("initial.rotor_speed");
                     all.any(|number| number.path.starts_with(key) || is_initial(&number.path))
                 }),

@@ -1,4 +1,4 @@
-//! Each diagnosis against a candidate that has the fault, made by a bare solver with that fault and no other.
+//! Each diagnosis for a candidate with that fault. A simple solver with this fault alone makes the candidate.
 
 use crate::common::cli::says;
 use crate::common::compare::{
@@ -18,11 +18,11 @@ fn judge(solver: Solver) -> Comparison {
 fn property_a_sound_solver_is_not_accused() {
     let c = judge(SOUND);
     agrees(&c);
-    // Events are taken at steps of a microsecond, each with the error of those before it.
+    // Events are taken at steps of a microsecond, and each has the error of the preceding ones.
     assert!(c.event_errors.max.unwrap() < 5e-6, "{}", c.verdict);
 }
 
-/// Solvers with one fault each, and the first cause that has to be named.
+/// Asserts that the first cause of each faulty solver is the expected one.
 #[track_caller]
 fn named(faults: impl IntoIterator<Item = (Solver, Cause)>) {
     let mut others = Vec::new();
@@ -41,7 +41,6 @@ fn named(faults: impl IntoIterator<Item = (Solver, Cause)>) {
     assert!(others.is_empty(), "{others:#?}");
 }
 
-/// More of them: below.
 #[test]
 fn property_a_missing_kick_and_another_breakaway_are_named() {
     named([
@@ -60,7 +59,7 @@ fn property_a_missing_kick_and_another_breakaway_are_named() {
 #[ignore = "long: six solvers, each compared to the end"]
 fn property_long_each_fault_of_a_solver_is_named() {
     named([
-        // It shows in the grid of the twist.
+        // The fault shows in the grid of the twist.
         (
             Solver {
                 absolute_angles: true,
@@ -83,7 +82,7 @@ fn property_long_each_fault_of_a_solver_is_named() {
             Cause::VelocityTolerance,
         ),
         (Solver { step: 60e-6, ..SOUND }, Cause::UnresolvedMode),
-        // Implicit Euler with 24 steps in a period: the samples are dense enough, the growth is damped.
+        // Implicit Euler with 24 steps in a period: the samples are dense enough, but the growth is damped.
         (
             Solver {
                 step: 10e-6,
@@ -93,7 +92,7 @@ fn property_long_each_fault_of_a_solver_is_named() {
             Cause::UnresolvedMode,
         ),
     ]);
-    // A stop is seen only within 0.02 rad/s, and omega_r changes by 0.2 rad/s in a step: most sticks become reversals.
+    // A stop is seen only within 0.02 rad/s, and omega_r changes by 0.2 rad/s in a step. Most sticks become reversals.
     let c = judge(Solver {
         step: 28e-6,
         stop: Stop::Within(2e-2),
@@ -102,7 +101,7 @@ fn property_long_each_fault_of_a_solver_is_named() {
     assert!(causes(&c).contains(&Cause::StepTooLarge), "{}", c.verdict);
 }
 
-/// The rotor's test by this program, judged by its numbers alone and by its case.
+/// The rotor's test in this program, judged from its values alone and from its case.
 #[test]
 fn property_another_breakaway_test_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -110,7 +109,7 @@ fn property_another_breakaway_test_is_named() {
     run(&rotor, "paper", &["contact.breakaway_test=rotor"]);
     let by_case = compare(&rotor, &Mapping::default());
     assert_eq!(causes(&by_case), [Cause::StickTest], "{}", by_case.verdict);
-    // In a series alone the start of such a slip cannot be seen: at first it goes back by 1e-5 rad/s.
+    // A series alone does not show the start of such a slip: at first it goes back by 1e-5 rad/s.
     let mapping = Mapping {
         event_file: Some(write(&folder, "rotor.events.csv", &events_csv(&word_of(&rotor)))),
         ..Mapping::default()
@@ -125,7 +124,7 @@ fn property_another_breakaway_test_is_named() {
 fn property_units_are_recognised() {
     let folder = tempfile::tempdir().unwrap();
     let rows = rows_of(crate::common::compare::paper(), 6.966);
-    // Each channel in a unit that is not its own.
+    // Each channel has a wrong unit.
     for (column, factor, unit) in [
         (5, 30.0 / std::f64::consts::PI, "rpm"),
         (5, 180.0 / std::f64::consts::PI, "deg/s"),
@@ -144,7 +143,7 @@ fn property_units_are_recognised() {
         assert_eq!(causes(&c).first(), Some(&Cause::WrongUnits), "{unit}: {}", c.verdict);
         says(&c.verdict, &[unit, NAMES[column]]);
     }
-    // Torque in lbf in, beside a relative velocity that is right.
+    // Torque in lbf in, together with a correct relative velocity.
     let file = stickslip::results::ResultFile::open(crate::common::compare::paper()).unwrap();
     let count = file.sample_count().unwrap();
     let samples = file.samples(0..count).unwrap();
@@ -155,7 +154,7 @@ fn property_units_are_recognised() {
     }
     let c = compare(&write(&folder, "torque.csv", &text), &Mapping::default());
     assert!(c.verdict.contains("friction_torque looks like lbf in"), "{}", c.verdict);
-    // Times in milliseconds, of events alone.
+    // Times in milliseconds, in a file of events alone.
     let word: Vec<(f64, String)> = word_of(crate::common::compare::paper())
         .into_iter()
         .map(|(t, k)| (1e3 * t, k))

@@ -1,4 +1,4 @@
-//! What a candidate cannot show is not held against it, and what it shows counts.
+//! A candidate is not blamed for what it cannot show. What it shows counts.
 
 use crate::common::cases::{built_in, written};
 use crate::common::cli::says;
@@ -13,7 +13,6 @@ use stickslip::compare::{Cause, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 use stickslip::simulation::{OutputOptions, Simulation, SolverOptions, simulate};
 
-/// A reference in a folder of its own.
 struct Made {
     folder: tempfile::TempDir,
     path: PathBuf,
@@ -36,7 +35,7 @@ impl Made {
         reference.compare(&candidate, &mapping).unwrap()
     }
 
-    /// The reference's own samples at its output interval, printed otherwise.
+    /// The reference's own samples at `interval` (s), printed by `print`.
     fn table(&self, columns: &[&str], interval: f64, print: impl Fn(&str, f64) -> String) -> String {
         let file = ResultFile::open(&self.path).unwrap();
         let rows = file.sample_count().unwrap();
@@ -159,11 +158,11 @@ fn property_no_run_ends_before_it_begins() {
     assert!(failure.to_string().contains("before t = 0"), "{failure}");
 }
 
-/// A mass without a shaft stops at once, not after an onset that grows out of rounding.
+/// A mass without a shaft stops at once, without an onset that grows from rounding.
 #[test]
 fn property_another_friction_of_a_sliding_mass_is_named() {
     let begin = Instant::now();
-    // Four rows, and as many as are wanted.
+    // A table of four rows, and one of any number of rows.
     let at = |mu: f64, t: f64| {
         let stop = 10.0 / (mu * 9.8);
         let t_slid = t.min(stop);
@@ -187,7 +186,7 @@ fn property_another_friction_of_a_sliding_mass_is_named() {
 
 #[test]
 fn property_an_open_contact_is_not_held_against_a_candidate_without_its_force() {
-    // x, v of the brake that closes at 0.1 s, sampled each 50 ms: it closes at once here.
+    // x and v of the brake, whose contact closes at 0.1 s, sampled every 50 ms. Here the contact closes at once.
     let at = |t: f64| match t {
         t if t < 0.1 => [t, t, 1.0],
         t if t < 1.1 => [t, t - 0.5 * (t - 0.1) * (t - 0.1), 1.1 - t],
@@ -219,7 +218,7 @@ fn property_an_open_contact_is_not_held_against_a_candidate_without_its_force() 
         says(&said[0].why, "normal_force");
         assert!(!c.verdict.contains("missing"), "{}", c.verdict);
     }
-    // A column of it decides.
+    // A column of the normal force decides.
     let text = opening.table(
         &[&columns[..], &["normal_force"]].concat(),
         1e-3,
@@ -234,7 +233,7 @@ fn property_an_open_contact_is_not_held_against_a_candidate_without_its_force() 
 
 #[test]
 fn property_creep_through_a_whole_run_is_the_headline() {
-    // The law is tanh(v/eps): the speed at 0.44 N of 14 N, reached within 16 us.
+    // The law is tanh(v/eps). This is the speed at 0.44 N of 14 N, reached within 16 us.
     let speed = 5.038e-3 * (0.44f64 / 14.0).atanh();
     let row = |k: u32| {
         [
@@ -257,8 +256,8 @@ fn property_creep_through_a_whole_run_is_the_headline() {
     assert!((creep.candidate / speed - 1.0).abs() < 1e-9 && creep.relative.is_finite());
 }
 
-/// A solver with sign(v) and tiny steps dithers in stick. It is right to 4e-6 m, and its slips begin where they should,
-/// whatever speed counts as zero.
+/// A solver with sign(v) and tiny steps dithers in stick. It is true to 4e-6 m, and its slips begin at the right times
+/// for any speed that counts as zero.
 #[test]
 fn property_states_at_one_time_are_compared_at_one_time() {
     let reversing = made(&written(REVERSING, &[]));
@@ -308,7 +307,7 @@ fn property_states_at_one_time_are_compared_at_one_time() {
     }
 }
 
-/// Rounding of columns, and of the times at which a belt moves, is carried into the relative velocity.
+/// The relative velocity includes the rounding of columns and of the times at which a belt moves.
 #[test]
 fn property_rounded_tables_agree_to_their_resolution() {
     let wiper = made(&written(WIPER, &[]));
@@ -335,7 +334,7 @@ fn property_rounded_tables_agree_to_their_resolution() {
     }
 }
 
-/// Positions that were rounded to a millimetre, and printed with all digits.
+/// Positions that were rounded to a millimetre but printed with all digits.
 #[test]
 fn property_rounded_positions_follow_the_equations() {
     let hairer = made(&built_in("hairer", &["output.interval=5e-3", "output.around=none"]));
@@ -351,7 +350,6 @@ fn property_rounded_positions_follow_the_equations() {
     assert!(c.unexplained.is_none(), "{}", c.verdict);
 }
 
-/// The search ends when it should, and says how far it came.
 #[test]
 fn property_a_search_for_causes_ends_in_time() {
     let wiper = made(&written(WIPER, &[]));

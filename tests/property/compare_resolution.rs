@@ -1,4 +1,4 @@
-//! Samples without error: what `compare` finds in them is within the bounds that it states, and no cause is named.
+//! Samples without error: the findings of `compare` are within the stated bounds, and no cause is named.
 
 use crate::common::cases::built_in;
 use crate::common::compare::causes;
@@ -10,14 +10,11 @@ use stickslip::compare::{Comparison, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 use stickslip::simulation::OutputWindow;
 
-/// How numbers are printed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Digits {
-    /// Those of doubles.
+    /// All digits of a double.
     All,
-    /// Nine significant ones.
     Nine,
-    /// Six decimals.
     SixDecimals,
 }
 
@@ -31,7 +28,7 @@ impl Digits {
     }
 }
 
-/// A case, the time that is sampled (s), and intervals (s): a twentieth of the natural period, and others.
+/// A case, the sampled window (s), and sampling intervals (s): a twentieth of the natural period, and others.
 struct Sampled {
     case: &'static str,
     window: (f64, f64),
@@ -65,7 +62,7 @@ const CASES: [Sampled; 16] = [
     sampled("lugre-slider", (0.0, 30.0), &[1e-2, 5e-4]),
 ];
 
-/// Columns that a state is made of, in any case, and the relative velocity.
+/// Columns of the state of any case, and the relative velocity.
 fn columns_of_state(file: &ResultFile) -> Vec<String> {
     let short = [
         "rotor_twist",
@@ -88,7 +85,7 @@ fn columns_of_state(file: &ResultFile) -> Vec<String> {
     all.filter(|name| file.column(name, 0..0).is_ok()).collect()
 }
 
-/// The run of a case with samples at one interval in a window, and some columns of them.
+/// Some columns of a run with samples at one interval in a window.
 fn samples(folder: &Path, sampled: &Sampled, interval: f64) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut case = built_in(sampled.case, &["output.around=none"]);
     let (from, to) = sampled.window;
@@ -107,7 +104,7 @@ fn samples(folder: &Path, sampled: &Sampled, interval: f64) -> (Vec<String>, Vec
     (names, columns)
 }
 
-/// By these alone events are found, if there is no state.
+/// These columns suffice to find events without the state.
 const VELOCITY_AND_FORCE: [&str; 2] = ["relative_velocity", "normal_force"];
 
 fn csv((names, columns): &(Vec<String>, Vec<Vec<f64>>), digits: Digits, kept: impl Fn(&str) -> bool) -> String {
@@ -129,10 +126,10 @@ fn reference(folder: &Path, case: &str) -> PathBuf {
     path
 }
 
-/// Of a single mass without a shaft no sample says when a stick began: its speed is zero from then on, and no more.
+/// For a single mass without a shaft, no sample shows when a stick began: its speed is zero from then on.
 const WITHOUT_MEMORY: [&str; 2] = ["block", "clutch"];
 
-/// What a comparison comes to, as a line of the table in docs/validate-your-solver.md.
+/// Result of a comparison, as a line of the table in docs/validate-your-solver.md.
 fn line(sampled: &Sampled, interval: f64, digits: Digits, whole: bool, c: &Comparison) -> String {
     let bounds: Vec<f64> = sorted(c.event_errors.events.iter().map(|event| event.bound));
     let channels = if whole { "state" } else { "omega_r" };
@@ -153,7 +150,7 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Every event is within its bound, and nothing is accused. What samples miss altogether is shorter than their interval.
+/// Every event is within its bound, and no cause is named. Events that samples miss are shorter than their interval.
 #[test]
 fn property_perfect_samples_agree_to_their_resolution() {
     let mut faults = Vec::new();
@@ -183,7 +180,7 @@ fn property_perfect_samples_agree_to_their_resolution() {
                 if !(unseen && within && c.agrees_to_resolution && causes(&c).is_empty()) {
                     faults.push(format!("{line}\n    {}", c.verdict));
                 }
-                // Of the whole state with all digits, half of the events at least are known to far less than the interval.
+                // With the whole state and all digits, at least half of the events are known far better.
                 let bounds = sorted(c.event_errors.events.iter().map(|event| event.bound));
                 let fine = bounds[bounds.len() / 2] < 1e-2 * interval;
                 let finest = sampled.intervals.last() == Some(&interval);

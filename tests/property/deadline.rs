@@ -1,4 +1,4 @@
-//! A wall time that ends a certification: what is left out, and what is said of it.
+//! A wall time that ends a certification: missing parts, and their reasons.
 
 mod certification {
     use std::time::Instant;
@@ -42,7 +42,7 @@ mod certification {
         let whole = found(&Deadline::default(), false);
         assert_eq!(whole.without_reruns, None);
         assert!(whole.rows.iter().any(|row| row.reruns.is_some()));
-        // The ladder has what is left, too.
+        // The ladder, too, gets only the remaining time.
         let late = Certify::new(&case).until(nothing).start(&result);
         assert!(
             matches!(&late, Err(CertifyError::Run(why)) if why.contains("wall time")),
@@ -68,7 +68,7 @@ mod limits {
         assert!(!hour.is_over());
         assert_eq!(hour.limit(Some(3.0)), Some(3.0));
         assert!(hour.limit(None).is_some_and(|left| left > 0.0 && left <= 3600.0));
-        // Beyond every clock.
+        // Beyond the range of every clock.
         assert!(!Deadline::after(now, Some(1e300)).is_over());
     }
 

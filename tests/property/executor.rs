@@ -1,4 +1,4 @@
-//! A sweep by an executor gives the file of one by threads, whichever task finishes first and however often it fails.
+//! A sweep by an executor gives the same file as a sweep by threads, in any order of completion and after any failure.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -30,7 +30,7 @@ axis = [
 boundary = { criterion = "instability_time > 0", refinements = 1 }
 "#;
 
-/// Runs tasks at once and returns them in the opposite order, as long as it lives.
+/// Runs tasks at once and returns them in reverse order, until its lives are used up.
 #[derive(Debug)]
 struct Backwards {
     done: Vec<Vec<u8>>,

@@ -1,4 +1,4 @@
-//! Figures: thinning keeps what is seen, and no text covers another or the data.
+//! Figures: thinning keeps everything visible, and no text covers another text or the data.
 
 use crate::common::cli::Folder;
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
         steps
             .into_iter()
             .map(|(dx, y)| {
-                // Uneven, with points that coincide.
+                // Uneven spacing, with points that coincide.
                 x += if dx < 0.2 { 0.0 } else { dx.powi(8) };
                 (x, y)
             })
@@ -27,8 +27,8 @@ fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
 }
 
 proptest! {
-    /// In each pixel the first, least, largest and last value are those of the whole curve; nothing is made up, moved
-    /// or put in another order, and what is kept has a bound.
+    /// In each pixel the first, least, largest and last value are those of the whole curve. Nothing is added, moved or
+    /// reordered, and the number of kept points is bounded.
     #[test]
     fn property_thinning_keeps_the_extremes_of_each_pixel(points in curves(), buckets in 1usize..200) {
         let (from, to) = (points[0].0, points[points.len() - 1].0);
@@ -58,11 +58,11 @@ proptest! {
         }
     }
 
-    /// Every point of a portrait has a drawn point within a cell, a 900th of each range.
+    /// Every point of a portrait has a drawn point within a cell, 1/900 of each range.
     #[test]
     fn property_portrait_is_drawn_within_a_cell(points in prop::collection::vec((-2.0..3.0f64, 1e-6..2e-6f64), 1..300)) {
         let mut portrait = DecimatedPortrait::new((-2.0, 3.0), (1e-6, 2e-6));
-        // The way there and back twice: what is drawn already is not drawn again.
+        // The path goes forth and back. Points that are already drawn are not drawn again.
         for &(x, y) in points.iter().chain(points.iter().rev()).chain(&points) {
             portrait.push(x, y);
         }
@@ -75,7 +75,7 @@ proptest! {
         }
     }
 
-    /// An exponential is found, whatever its factor; anything else has an R^2 below 1.
+    /// The fit finds an exponential of any factor. Other curves have R^2 below 1.
     #[test]
     fn analytic_exponential_fit(first in 1e-6..1e-3f64, factor in 0.8..1.3f64, count in 3i32..60) {
         let durations: Vec<f64> = (0..count).map(|k| first * factor.powi(k)).collect();
@@ -85,7 +85,7 @@ proptest! {
     }
 }
 
-/// Boxes of the texts and of everything else but the white ground, in the order of the drawing.
+/// Boxes of the texts, and of everything else except the white ground, in drawing order.
 fn boxes(drawing: &Drawing) -> (Vec<(String, Rect)>, Vec<Rect>) {
     let (mut texts, mut rest) = (Vec::new(), Vec::new());
     for element in &drawing.elements[1..] {
@@ -100,7 +100,7 @@ fn boxes(drawing: &Drawing) -> (Vec<(String, Rect)>, Vec<Rect>) {
     (texts, rest)
 }
 
-/// More than a twentieth of a millimetre of both.
+/// Whether two boxes overlap by more than 1/20 mm in both directions.
 fn overlap(a: &Rect, b: &Rect) -> bool {
     let slack = 5.0;
     a.left() + slack < b.right()
@@ -131,8 +131,7 @@ fn assert_readable(figure: &Figure, width: f64) {
     }
 }
 
-/// Every figure of the catalogue at a column's and at a screen's width, of one run and of two; letters as the renderer
-/// places them.
+/// Every figure of the catalogue at the width of a column and of a screen, for one run and two, as rendered.
 #[test]
 fn property_no_text_covers_another_or_the_data() {
     let folder = Folder::new();
@@ -152,7 +151,7 @@ fn property_no_text_covers_another_or_the_data() {
     }
 }
 
-/// The same of every built-in case of trains, and of one with so few samples that the titles say so.
+/// The same for every built-in case outside the brakes, and for a case with so few samples that the titles state it.
 #[test]
 fn property_no_text_of_trains_covers_another_or_the_data() {
     let folder = Folder::new();
@@ -167,7 +166,7 @@ fn property_no_text_of_trains_covers_another_or_the_data() {
         for entry in catalogue::of_run(&runs[0]) {
             let figure = match entry.build(&subject).unwrap() {
                 Ok(figure) => figure,
-                // A close-up, whose samples are asked for.
+                // A close-up without samples, which are requested.
                 Err(absent) => {
                     assert!(sampling.is_some() && absent.window.is_some(), "{name}: {}", absent.why);
                     continue;
@@ -186,7 +185,7 @@ fn property_no_text_of_trains_covers_another_or_the_data() {
     }
 }
 
-/// Powers of ten over fifteen decades and over none, without an error to show, and with nothing at all.
+/// Powers of ten over fifteen decades and over none, without an error, and without any data.
 #[test]
 fn property_work_precision_figures_are_readable() {
     use stickslip::analysis::work_precision::{Knob, Measurement, MethodErrors, PrecisionReference, StudyResult};
@@ -237,7 +236,7 @@ fn property_work_precision_figures_are_readable() {
     }
 }
 
-/// Maps with everything that a cell can be, with codes and with a scale over decades; a plane of one cell.
+/// Maps with every kind of cell, with codes and with a scale over decades, and a plane of one cell.
 #[test]
 fn property_maps_are_readable() {
     let scale = |low: f64, high: f64, unit: &str| {
@@ -372,7 +371,7 @@ fn property_figures_of_studies_are_readable() {
     }
 }
 
-/// Numbers that need many digits, long names, letters that SVG would take for its own, and no data at all.
+/// Numbers with many digits, long names, characters that SVG reserves, and no data at all.
 #[test]
 fn property_odd_figures_are_readable_too() {
     let curve = |points: Vec<(f64, f64)>| Curve::line("a <&> b", stickslip::plot::style::BLUE, points);

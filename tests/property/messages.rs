@@ -1,4 +1,4 @@
-//! Texts that go in and out: quotes, rows of tables, remedies.
+//! Texts of input and output: quotes, rows of tables, remedies.
 
 mod quote {
     use proptest::prelude::*;
@@ -34,7 +34,7 @@ mod input {
     use std::io::{BufReader, Read};
     use stickslip_case::input::{InputRows, LONGEST_LINE};
 
-    /// The reader of a table keeps no more than a row, whatever quotes are in it.
+    /// The reader of a table keeps at most one row, whatever quotes it contains.
     #[test]
     fn property_a_row_has_an_end() {
         let rows = "1,2,3\n".repeat(6 * LONGEST_LINE / 10);
@@ -61,7 +61,7 @@ mod report {
     use stickslip::hybrid::RunError;
     use stickslip::simulation::{RunFailure, RunReport};
 
-    /// The breakaway test is blamed where it can be.
+    /// The breakaway test is blamed only if it can be the cause.
     #[test]
     fn property_a_remedy_is_of_the_breakaway_test_that_chatters() {
         let said = |one_sided_test: bool| {

@@ -1,4 +1,4 @@
-//! Derivatives of cycles and of events, carried through every event, against differences of the flow: to eight digits.
+//! Derivatives of cycles and of events through every event agree with differences of the flow to eight digits.
 
 use crate::common::cases::{near, parsed, recorded, source};
 use crate::common::random_brakes::Random;
@@ -12,16 +12,16 @@ use stickslip::numerics::eigenvalues::eigenvalues;
 use stickslip::record::EventKind;
 use stickslip::simulation::{Method, MovedCases, MovedSystem, WantedResults, shoot};
 
-/// A derivative is right to eight digits of the largest one of its kind.
+/// Error of a derivative, relative to the largest derivative of its kind.
 const EIGHT_DIGITS: f64 = 1e-8;
 
-/// A difference is trusted if two steps, one half of the other, agree to this share.
+/// A difference is trusted if two steps, one half of the other, agree to this relative error.
 const TRUSTED: f64 = 2e-9;
 
 /// Relative change of a parameter in differences of fourth order, as in a study.
 const WIDTH: f64 = 1.0 / 262_144.0;
 
-/// A random motion on a belt or the ground. No inertia is a power of two, so that quotients such as k/m are rounded.
+/// A random motion on a belt or the ground. No inertia is a power of two, so quotients such as k/m are rounded.
 fn drawn(index: u64) -> String {
     let mut random = Random(50_000 + index);
     let mut number = |low: f64, high: f64| format!("{:.4}", random.within(low, high)).parse::<f64>().unwrap();
@@ -30,7 +30,7 @@ fn drawn(index: u64) -> String {
     let (kinetic, drop, above) = (number(0.1, 0.6), number(0.01, 0.4), number(0.01, 0.3));
     let low_speed = kinetic + drop;
     let force = number(0.5, 20.0);
-    // Slips of some size: the belt moves by a share of the static stretch within a radian.
+    // Slips of some size: the belt moves by a fraction of the static stretch within a radian.
     let stretch = (low_speed + above) * force / (mass * own);
     let speed = number(0.03, 0.6) * stretch;
     let omega = own * number(0.15, 1.7);
@@ -118,13 +118,13 @@ fn drawn(index: u64) -> String {
     )
 }
 
-/// Central difference of sixth order by the step `h`.
+/// Central difference of sixth order with the step `h`.
 fn central(of: &dyn Fn(f64) -> Option<DVector<f64>>, h: f64) -> Option<DVector<f64>> {
     let pair = |k: f64| Some(of(k * h)? - of(-k * h)?);
     Some((pair(1.0)? * 0.75 - pair(2.0)? * 0.15 + pair(3.0)? / 60.0) / h)
 }
 
-/// Derivative of a flow at 0 with its error; `None` if no step has the same events on both sides.
+/// Derivative of a flow at 0, with its error; `None` if no step has the same events on both sides.
 fn derivative(of: &dyn Fn(f64) -> Option<DVector<f64>>) -> Option<(DVector<f64>, f64)> {
     let mut best: Option<(DVector<f64>, f64)> = None;
     let mut before: Option<DVector<f64>> = None;
@@ -143,7 +143,7 @@ fn derivative(of: &dyn Fn(f64) -> Option<DVector<f64>>) -> Option<(DVector<f64>,
     best
 }
 
-/// A parameter moved to both sides, as the product moves it; `None` beside a limit of the parameter.
+/// A parameter moved to both sides, as the program moves it; `None` near a limit of the parameter.
 fn moved(written: &WrittenCase, path: &str, value: f64) -> Option<MovedCases> {
     let h = WIDTH * value.abs();
     let copy = |steps: f64, weight: f64| {
@@ -168,7 +168,7 @@ fn moved(written: &WrittenCase, path: &str, value: f64) -> Option<MovedCases> {
     })
 }
 
-/// Largest difference of two matrices; infinite if one has no value.
+/// Largest difference of two matrices; infinite if an element is NaN.
 fn apart(one: &[f64], other: &[f64]) -> f64 {
     let distances = one.iter().zip(other).map(|(a, b)| (a - b).abs());
     distances.fold(0.0, |most, distance| {
@@ -187,8 +187,9 @@ fn orbit_of(text: &str) -> Option<(WrittenCase, Orbit)> {
     Some((written, orbit))
 }
 
-/// Largest error of the derivatives of a cycle's period map by state and by two parameters, as a share of the largest
-/// one; `None` without a cycle that has events, or beside a border, where differences have other events.
+/// Largest error of the derivatives of a cycle's period map with respect to the state and to two parameters, relative
+/// to the largest derivative. `None` without a cycle that has events, or near a border, where differences have other
+/// events.
 fn error_of_cycle(index: u64) -> Option<Result<f64, String>> {
     let text = drawn(index);
     let (written, orbit) = orbit_of(&text)?;
@@ -269,8 +270,8 @@ fn error_of_cycle(index: u64) -> Option<Result<f64, String>> {
     Some(Ok(worst))
 }
 
-/// Largest error of d(time)/d(parameter) of a run's first events, as a share of the largest one by the parameter, or of
-/// the time over the parameter.
+/// Largest error of d(time)/d(parameter) for a run's first events, relative to the largest derivative by the
+/// parameter, or to time/parameter.
 fn error_of_events(index: u64) -> Option<Result<f64, String>> {
     let text = drawn(index);
     let whole = WrittenCase::read(&source(&text), &[]).unwrap();
@@ -363,8 +364,8 @@ fn property_long_derivatives_of_random_cycles_are_those_of_the_flow() {
     hold("runs", 200, error_of_events);
 }
 
-/// A mass that sticks to a rigid surface has two eigenvalues of zero, which the rounding of k/m makes tiny; its stick
-/// ends by what changes with time: the normal force, or the speed of the belt.
+/// A mass that sticks to a rigid surface has two eigenvalues of zero, which the rounding of k/m makes tiny. Its stick
+/// ends when a signal changes: the normal force, or the speed of the belt.
 #[test]
 fn property_multipliers_of_a_stick_that_ends_by_a_signal() {
     let pressed = |mass: f64| {

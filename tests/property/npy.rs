@@ -1,4 +1,4 @@
-//! Arrays of NumPy: what it writes is read, in every form that the header can have, and what no header should say is refused.
+//! Arrays of NumPy: every form of header that NumPy writes is read, and invalid headers are refused.
 
 use crate::common::compare::paper;
 use proptest::prelude::*;
@@ -6,10 +6,10 @@ use std::io::Write;
 use std::path::Path;
 use stickslip::compare::{Mapping, Reference};
 
-/// A type of elements: its code, its bytes, and the bits of a small whole number in it.
+/// Element type: its code, its size in bytes, and the bits of a small whole number.
 type ElementType = (&'static str, usize, fn(u8) -> u64);
 
-/// Types, bytes of an element, and how small whole numbers stand in them, the lowest byte first.
+/// Element types with the bits of small whole numbers, the lowest byte first.
 const TYPES: [ElementType; 12] = [
     ("f8", 8, |n| f64::from(n).to_bits()),
     ("f4", 4, |n| u64::from(f32::from(n).to_bits())),
@@ -33,7 +33,7 @@ fn bytes(number: u64, size: usize, big: bool) -> Vec<u8> {
     bytes
 }
 
-/// An array of one of the versions of the format.
+/// An array in one of the versions of the format.
 fn npy(version: u8, header: &[u8], values: &[u8]) -> Vec<u8> {
     let length = (header.len() as u32).to_le_bytes();
     let length = &length[..if version == 1 { 2 } else { 4 }];
@@ -49,7 +49,7 @@ fn plain(values: &[u8]) -> Vec<u8> {
     npy(1, header.as_bytes(), &values)
 }
 
-/// The errors of the channels of a file with this column, or the refusal.
+/// Errors of the channels for a file with this column, or the refusal.
 fn compared(path: &Path, column: &str) -> Result<String, String> {
     thread_local! {
         static REFERENCE: Reference = Reference::open(paper()).unwrap();
@@ -67,7 +67,7 @@ fn compared(path: &Path, column: &str) -> Result<String, String> {
     })
 }
 
-/// The same of an archive with this array beside plain ones.
+/// Like [`compared`], for an archive with this array and plain ones.
 fn compared_with(array: &[u8], column: &str) -> Result<String, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("candidate.npz");
@@ -85,7 +85,7 @@ fn compared_with(array: &[u8], column: &str) -> Result<String, String> {
     compared(&path, column)
 }
 
-/// The files are those of tests/common/numpy/make.py.
+/// tests/common/numpy/make.py writes the files.
 #[test]
 fn property_what_numpy_writes_is_read() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/common/numpy");
@@ -127,7 +127,7 @@ fn property_what_numpy_writes_is_read() {
     }
 }
 
-/// What is wrong is said, with the name of the array.
+/// The error names the problem and the array.
 #[test]
 fn property_wrong_headers_are_refused_by_what_is_wrong() {
     let whole = "{'descr': '<f8', 'fortran_order': False, 'shape': (4,), }\n";
@@ -186,7 +186,7 @@ fn property_wrong_headers_are_refused_by_what_is_wrong() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// The same values in any type, order and shape, under a header written in any way that Python would read.
+    /// The same values in any type, order and shape, under any header that Python would read.
     #[test]
     fn property_every_form_of_a_header_is_read(
         values in prop::array::uniform4(0u8..4),
@@ -200,7 +200,7 @@ proptest! {
     ) {
         let (kind, size, number) = TYPES[kind];
         let values = if kind == "b1" { values.map(|n| n.min(1)) } else { values };
-        // Without columns it has one dimension.
+        // Without columns, the array has one dimension.
         let wide = columns.max(1);
         let chosen = chosen.index(wide);
         let place = |row: usize, column: usize| if fortran { column * 4 + row } else { row * wide + column };
@@ -231,7 +231,7 @@ proptest! {
         prop_assert_eq!(compared_with(&array, &column), compared_with(&plain(&values), "other"), "{}", header);
     }
 
-    /// Shapes of any size are refused or read, whatever column of them is asked for.
+    /// Shapes of any size are refused or read, whichever column is requested.
     #[test]
     fn property_no_shape_is_too_large_to_be_refused(
         shape in prop::collection::vec(prop_oneof![

@@ -1,5 +1,5 @@
-//! The paper's procedure: legal sequences, what (9) says at its events, and errors of the kind that the documentation
-//! tells of, against the independent multiprecision truth.
+//! The paper's procedure: valid sequences, equation (9) at its events, and the documented errors, measured against the
+//! independent multiprecision truth.
 
 use crate::common::cases::built_in;
 use crate::common::{channel, disks, event_sequence, output, run, solver, truth};
@@ -20,7 +20,7 @@ fn property_the_tolerance_is_the_papers_by_default() {
     assert_eq!((settings.shortest_step, settings.longest_step), (1e-8, 1e-4));
 }
 
-/// Each event leads from the mode before it to the one after it as its kind says; sticks are entered within epsilon.
+/// Checks that each event connects the modes before and after it by its kind. Sticks are entered within epsilon.
 fn hold_sequence(recorder: &MemoryRecorder) {
     let mut mode = recorder.segments[0].mode;
     let mut time = 0.0;
@@ -44,7 +44,7 @@ fn hold_sequence(recorder: &MemoryRecorder) {
             assert_eq!(event.after.relative_velocity, 0.0);
         }
     }
-    // Segments join, tell the mode, and keep to the steps.
+    // Segments join, give the mode, and respect the step limits.
     let mut end = 0.0;
     for segment in &recorder.segments {
         assert_eq!((segment.start, segment.solver), (end, "paper"));
@@ -58,9 +58,9 @@ fn hold_sequence(recorder: &MemoryRecorder) {
     assert!(recorder.samples.windows(2).all(|pair| pair[0].time < pair[1].time));
 }
 
-/// With a kick that stands above the procedure's own noise, the onset is some microseconds off, six orders of magnitude
-/// more than the reference's error and less than a hundredth of a period, and the stick-slip has the right number of
-/// sticks; most of them are preceded by reversals that are none.
+/// The kick is above the procedure's own noise. The onset errs by some microseconds: six orders of magnitude more than
+/// the reference, but less than a hundredth of a period. The number of sticks is right. Most sticks follow false
+/// reversals.
 #[test]
 fn multiprecision_paper_case_within_microseconds() {
     let truth = truth("paper");
@@ -73,11 +73,11 @@ fn multiprecision_paper_case_within_microseconds() {
     let sticks = truth.events.iter().filter(|e| e.kind == "stick").count();
     assert!(found.stick_count.abs_diff(sticks) <= 5);
     assert!(event_sequence(&recorder).iter().any(|e| e.0 == EventKind::Reversal));
-    // Seven seconds of steps that just keep within their stability leave more than the reference's rounding.
+    // Seven seconds of steps at the stability limit leave a larger residual than the reference's rounding.
     assert!(report.energy_residual < 1e-9 * report.initial_energy);
 
-    // Before the onset, samples are those of smooth sliding. The twist is a difference of angles of 370 rad, which have
-    // 6e-14 rad each, under the tolerance of 1e-11 for a step; its scale is 5e-6 rad.
+    // Before the onset, the samples are those of smooth sliding. The twist is a difference of angles of 370 rad, each
+    // with 6e-14 rad, at a step tolerance of 1e-11. Its scale is 5e-6 rad.
     let smooth = truth.samples.iter().filter(|s| s.time < 6.96);
     let mut worst = 0.0f64;
     for expected in smooth {
@@ -94,8 +94,8 @@ fn multiprecision_paper_case_within_microseconds() {
     assert!((1e-14..1e-9).contains(&worst), "twist off by {worst:e} rad");
 }
 
-/// Without a perturbation the truth has one stick, for good; the procedure shows the stick-slip of its own noise, and a
-/// thousandfold tolerance moves its onset by a thousandth of a second.
+/// The exact unperturbed case has one final stick. The procedure shows the stick-slip of its own noise, and a
+/// tolerance a thousand times larger moves its onset by a thousandth of a second.
 #[test]
 fn multiprecision_unperturbed_case_is_noise() {
     let truth = truth("si-unperturbed");
@@ -116,7 +116,7 @@ fn multiprecision_unperturbed_case_is_noise() {
     assert!((onsets[0] - onsets[1]).abs() > 1e-5);
 }
 
-/// A release: separations and contacts too, to the accuracy of the step that shows them.
+/// A release includes separations and contacts, accurate to the step in which they appear.
 #[test]
 fn property_release_is_legal() {
     let case = built_in("release", &[]);

@@ -1,5 +1,4 @@
-//! What every run must do, whatever its parameters; and that a hundred times more accuracy changes nothing that can be
-//! known.
+//! Laws that every run obeys. A hundred times more accuracy changes nothing that can be known.
 
 use crate::common::rigid_growth::rigid_growth;
 use crate::common::{event_sequence, output, run, solver, truth};
@@ -13,7 +12,7 @@ use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
-/// A brake around the paper's, and how long it is run: until shortly after it has stopped.
+/// A brake near the paper's, and the end of its run shortly after the stop.
 #[derive(Debug, Clone)]
 struct Run {
     parameters: Parameters,
@@ -31,7 +30,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// What a table does with the force on its way to the last: (time as a part of the stop, force in N).
+    /// Points of a force table before the last one: (time as a fraction of the stop, force in N).
     fn tables()(
         first in 0.0..2225.0f64, points in prop::collection::vec((0.02..0.12f64, 200.0..4000.0f64), 1..6),
     ) -> (f64, Vec<(f64, f64)>) {
@@ -55,7 +54,7 @@ prop_compose! {
         parameters.initial.speed = if backward { -speed } else { speed };
         let force = 2225.0;
         parameters.actuation = Signal::Ramp(Ramp { value: force, rise_time });
-        // Longest with mu_d alone: half a rise time passes without a force, as it were.
+        // The stop takes longest with mu_d alone. Half of the rise time passes as if without force.
         let inertia = parameters.torsion.rotor_inertia + parameters.torsion.surface_inertia;
         let slowing = friction.law.as_exponential().unwrap().high_speed * parameters.contact.radius * force / inertia;
         let stop = 0.5 * rise_time + speed / slowing;
@@ -68,7 +67,7 @@ prop_compose! {
             }
             time.push(time[time.len() - 1] + 0.1 * stop);
             forces.push(force_of_end);
-            // The weakest of the forces may last for all of the table.
+            // The weakest force may last for the whole table.
             end += time[time.len() - 1];
             parameters.actuation = Signal::Table(Table { time, value: forces });
         }
@@ -78,7 +77,7 @@ prop_compose! {
     }
 }
 
-/// The same cases on every machine and in every run.
+/// Draws the same cases on every machine and in every run.
 fn runner(cases: u32) -> TestRunner {
     let config = Config {
         cases,
@@ -97,8 +96,8 @@ fn compute(run_: &Run, method: Method, rtol: f64) -> (MemoryRecorder, RunReport)
     )
 }
 
-/// Stick comes after slip, slip after stick, a reversal turns the sense, contact opens and closes in turn; time goes on;
-/// and the states before and after events are those of their modes.
+/// Checks that sticks follow slips and slips follow sticks, that a reversal turns the sense, that the contact opens
+/// and closes in turn, and that time increases. The states before and after events are those of their modes.
 fn check_order(parameters: &Parameters, recorder: &MemoryRecorder) -> Result<(), TestCaseError> {
     let mut mode = if parameters.initial.speed > 0.0 {
         Mode::SlipForward
@@ -124,7 +123,7 @@ fn check_order(parameters: &Parameters, recorder: &MemoryRecorder) -> Result<(),
             prop_assert_eq!(s.relative_velocity, 0.0);
         }
         if event.kind == EventKind::Slip {
-            // It leaves with the sense of the torque that has reached the limit.
+            // The slip starts in the sense of the torque that has reached the limit.
             prop_assert_eq!(f64::from(after.sense()), event.internal_force.signum());
         }
         mode = after;
@@ -135,15 +134,15 @@ fn check_order(parameters: &Parameters, recorder: &MemoryRecorder) -> Result<(),
     }
     for sample in &recorder.samples {
         let w = sample.state.relative_velocity;
-        // Up to where the next event is located, to the rounding of the speeds.
+        // Samples extend to the next event, which is located up to the rounding of the speeds.
         prop_assert!(f64::from(sample.mode.sense()) * w >= -1e-12, "{w} in {:?}", sample.mode);
         prop_assert!(sample.channels.friction_torque * w >= -1e-9);
     }
     Ok(())
 }
 
-/// The growth that decides what is compared, against the quasi-static integral. That leaves out the rotor's share in
-/// the mode and its twist: of the size of J/I, and of an e-fold where the first stick cuts the path in its last periods.
+/// Compares the growth, which decides what can be compared, with the quasi-static integral. This neglects the rotor's
+/// part in the mode and its twist, of order J/I, and an e-fold if the first stick cuts the last periods.
 fn check_growth(run_: &Run, recorder: &MemoryRecorder, summary: &Summary) -> Result<(), TestCaseError> {
     let (Some(instability), Some(growth)) = (summary.instability_time, summary.growth_to_onset) else {
         return Ok(());
@@ -165,9 +164,8 @@ fn check_growth(run_: &Run, recorder: &MemoryRecorder, summary: &Summary) -> Res
     Ok(())
 }
 
-/// By how many e-folds the kick arrives at the first stick above the noise of the solver, which is a few roundings, e^2;
-/// infinite without growth. A share e of noise in what arrives shifts the first stick by e over the growth rate of some
-/// 1000 1/s: e^-14 is 1e-9 s.
+/// e-folds of the kick at the first stick above the noise of the solver, which is a few roundings, e^2; infinite
+/// without growth. A fraction e of noise shifts the stick by e over the growth rate of 1000 1/s: e^-14 gives 1e-9 s.
 fn kick_over_noise(summary: &Summary) -> f64 {
     summary.growth_to_onset.map_or(f64::INFINITY, |_| {
         summary.kick_above_noise.map_or(f64::INFINITY, |e_folds| e_folds - 2.0)
@@ -176,7 +174,6 @@ fn kick_over_noise(summary: &Summary) -> f64 {
 
 const CASES: u32 = 100;
 
-/// By `arkode`.
 #[test]
 fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
     let counts = std::cell::Cell::new((0, 0, 0, 0.0f64));
@@ -184,7 +181,7 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
         .run(&runs(), |case| {
             let (recorder, report) = compute(&case, Method::Arkode, SolverOptions::default().rtol);
             check_order(&case.parameters, &recorder)?;
-            // Losses are integrated with the state, to rounding: far below the bound.
+            // Losses are integrated with the state, to rounding, so they are far below the bound.
             prop_assert!(
                 report.energy_residual < 1e-9 * report.initial_energy,
                 "energy {:e}",
@@ -219,7 +216,6 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
     assert!(compared >= CASES / 2, "{compared}");
 }
 
-/// `series` against `arkode` at its tightest: the same events, at the same times.
 #[test]
 fn property_series_and_arkode_agree() {
     let counts = std::cell::Cell::new((0, 0, 0, 0, 0.0f64));
@@ -244,7 +240,7 @@ fn property_series_and_arkode_agree() {
                 noise += 1;
             } else {
                 prop_assert_eq!(kinds(&word), kinds(&expected));
-                // e^-18.5 of noise shifts the first stick by 1e-11 s, see above.
+                // Noise of e^-18.5 shifts the first stick by 1e-11 s; see [`kick_over_noise`].
                 let limit = if margin > 18.5 { 1e-11 } else { 1e-9 };
                 close += usize::from(margin > 18.5);
                 prop_assert!(
@@ -265,8 +261,9 @@ fn property_series_and_arkode_agree() {
     assert!(compared >= CASES / 2 && close >= 20, "{compared} {close}");
 }
 
-/// Without a kick `series` follows smooth sliding to its stop, however unstable, where it says so: to where Runge-Kutta
-/// steps on the slow manifold itself end. Those have 300 steps of order 4 from the instability on, and end within 1e-7 s.
+/// Without a kick, `series` follows smooth sliding to its stop if it reports this, however unstable the sliding is. It
+/// stops where Runge-Kutta steps on the slow manifold stop. These 300 steps of order 4, which start at the
+/// instability, end within 1e-7 s.
 #[test]
 fn property_series_follows_smooth_sliding_to_its_stop() {
     let counts = std::cell::Cell::new((0, 0, 0.0f64));
@@ -295,8 +292,8 @@ fn property_series_follows_smooth_sliding_to_its_stop() {
     assert!(smooth >= 25 && beyond_rounding >= 10);
 }
 
-/// Samples of `series` are read off the polynomials of its steps: however many there are, the segments with all their
-/// counters and the events stay as they are, bit by bit.
+/// Samples of `series` come from the polynomials of its steps. For any number of samples, the events and the segments
+/// with all their counters are bitwise the same.
 #[test]
 fn property_samples_cost_series_no_steps() {
     let parameters = truth("si-kick").parameters;

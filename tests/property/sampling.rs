@@ -1,4 +1,4 @@
-//! What samples of many axes promise: every layer once, the ends never passed, the same points for the same seed.
+//! Samples of many axes: each layer has one point, the ends are not passed, and a seed always gives the same points.
 
 use proptest::prelude::*;
 use stickslip::sweep::{Study, StudySource};
@@ -14,7 +14,7 @@ fn study(method: &str, count: usize, seed: u32) -> Study {
     Study::parse(source, &[]).unwrap()
 }
 
-/// Shares of the two ranges at each point.
+/// Points as fractions of the two ranges.
 fn shares(study: &Study) -> Vec<[f64; 2]> {
     (0..study.point_count().unwrap())
         .map(|number| {
@@ -26,7 +26,7 @@ fn shares(study: &Study) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The points of a seed are those of every machine and version: studies are repeated by their seed.
+/// A seed gives the same points on every machine and in every version, so it suffices to repeat a study.
 #[test]
 fn property_a_seed_means_the_same_points_for_ever() {
     let expected = [
@@ -48,7 +48,7 @@ proptest! {
     fn property_a_latin_hypercube_has_one_point_in_each_layer(count in 1usize..60, seed in any::<u32>()) {
         let points = shares(&study("latin-hypercube", count, seed));
         for axis in 0..2 {
-            // A hair inside, for the rounding of exp and ln at the rim of a layer.
+            // Slightly inside, because exp and ln round at the edge of a layer.
             let mut layers: Vec<usize> =
                 points.iter().map(|p| ((p[axis] * count as f64 - 1e-9).max(0.0)) as usize).collect();
             layers.sort_unstable();

@@ -1,4 +1,4 @@
-//! What half a unit in the last digit of a number does to the final stick: by slopes and by reruns.
+//! Effect of half a unit in the last digit of a parameter on the final stick: by slopes and by reruns.
 
 use crate::common::cases::{built_in, recorded};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,7 +14,7 @@ fn case(settings: &[&str]) -> Case {
     built_in("paper-si", settings)
 }
 
-/// A short slide from a low speed, with a kick at the loss of stability: sticks and slips within a quarter of a second.
+/// A short slide from a low speed with a kick at the loss of stability: it sticks and slips within 0.25 s.
 const QUICK: [&str; 4] = [
     "initial.speed=3",
     "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
@@ -46,8 +46,9 @@ fn row<'a>(found: &'a Sensitivities, path: &str) -> &'a Sensitivity {
     found.rows.iter().find(|row| row.parameter.path == path).unwrap()
 }
 
-/// Constant friction: F_n integrates to the work of the ramp, the momentum (I + J) omega_0 falls by mu r F (t - t_0/2), and
-/// what the ramp shakes has died out by e^-800 when it is used up. So the stop is (I + J) omega_0/(mu r F) + t_0/2, exactly.
+/// For constant friction, F_n integrates to the work of the ramp, and the momentum falls. At the stop, when the
+/// vibration from the ramp has decayed by e^-800, (I + J) omega_0 = mu r F (t - t_0/2). The stop is therefore at
+/// t = (I + J) omega_0/(mu r F) + t_0/2 exactly.
 #[test]
 fn analytic_shifts_of_the_stop_under_constant_friction() {
     let case = case(&[
@@ -75,7 +76,7 @@ fn analytic_shifts_of_the_stop_under_constant_friction() {
     let found = sensitivities(&case, &halves).unwrap();
     assert_eq!(found.without_reruns, None);
     let at = |path: &str| case.number(path).unwrap();
-    // What is rounded is a sum of some 1e3 steps up to the stop.
+    // The rounding is that of a sum of about 1e3 steps up to the stop.
     assert!(
         (found.time - stop("initial.speed", 6.0)).abs() < 1e-12,
         "{}",
@@ -101,18 +102,18 @@ fn analytic_shifts_of_the_stop_under_constant_friction() {
             let predicted = row.slope.unwrap() * (value - at(path));
             bent = bent.max((shift - predicted).abs() / shift.abs().max(predicted.abs()));
         }
-        // (I + J) omega_0/(mu r F) is linear in the speed and the inertia, and bent by h/p in force and radius.
+        // (I + J) omega_0/(mu r F) is linear in speed and inertia, and bent by h/p in force and radius.
         let expected = bent > 0.1;
         assert_eq!(row.nonlinear(), Some(expected), "{path}: {bent}");
         assert!(!expected, "{path}: {bent}");
     }
-    // A tenth is reached at h/p = 0.1/0.9 or so on the lower side.
+    // A bend of 0.1 is reached near h/p = 0.1/0.9 on the lower side.
     let coarse = sensitivities(&case, &[("actuation.force", 300.0)]).unwrap();
     assert_eq!(row(&coarse, "actuation.force").nonlinear(), Some(true));
     assert_eq!(row(&coarse, "contact.radius").reruns, None);
 }
 
-/// Over a small enough change the rerun is the slope, but for its own error and a curvature that falls with the square.
+/// For a small enough change, the rerun agrees with the slope, up to its own error and a curvature of second order.
 #[test]
 fn property_small_changes_move_the_final_stick_as_the_slope_says() {
     let case = case(&QUICK);
@@ -136,14 +137,14 @@ fn property_small_changes_move_the_final_stick_as_the_slope_says() {
         let [below, above] = row.reruns.as_ref().unwrap();
         let (below, above) = (below.shift.unwrap(), above.shift.unwrap());
         let difference = (above - below) / (2.0 * half);
-        // A central difference: 1e-13 s of the runs, and curvatures over a part in 1e6.
+        // Central difference: 1e-13 s of the runs, and curvatures over a relative 1e-6.
         let error = 1e-13 / half + 1e-5 * slope.abs();
         assert!((difference - slope).abs() < error, "{path}: {difference:e} {slope:e}");
         assert_eq!(row.nonlinear(), Some(false), "{path}");
     }
 }
 
-/// With mu_0 = mu_s the take-off is tangential. A higher breakaway delays every slip; a lower one is no brake.
+/// With mu_0 = mu_s the take-off is tangential. A higher breakaway delays every slip; a lower one is invalid.
 #[test]
 fn property_a_tangential_take_off_is_one_sided() {
     let case = case(&QUICK);
@@ -163,7 +164,7 @@ fn property_a_tangential_take_off_is_one_sided() {
     assert_eq!(above.outcome, RerunOutcome::Invalid);
 }
 
-/// Numbers so coarse that they decide which events there are: each way in which a rerun can differ, in words.
+/// Parameters so coarse that they decide which events occur: each kind of difference in a rerun, in words.
 #[test]
 fn property_reruns_with_other_events_say_so() {
     let case = case(&QUICK);
@@ -181,22 +182,23 @@ fn property_reruns_with_other_events_say_so() {
         let rerun = &row(&found, path).reruns.as_ref().unwrap()[side];
         (rerun.outcome, rerun.remark.clone())
     };
-    // Hardly any force: it slides on to the end.
+    // With hardly any force, the brake slides to the end.
     let (outcome, remark) = sticks("actuation.force", 0);
     assert_eq!(outcome, RerunOutcome::NoFinalStick);
     assert!(
         remark.starts_with("no final stick: the run ends sliding, 0 sticks instead of "),
         "{remark}"
     );
-    // A kick of a hundredth reaches the sliding speed later.
+    // A kick of a hundredth of the size reaches the sliding speed later.
     let (outcome, remark) = sticks("perturbation.0.relative_velocity", 0);
     assert_eq!(outcome, RerunOutcome::OtherEvents);
     assert!(remark.contains(" sticks instead of "), "{remark}");
-    // Friction that hardly falls.
+    // Friction hardly falls with speed.
     let (_, remark) = sticks("friction.decay", 0);
     assert!(remark.starts_with("1 stick instead of "), "{remark}");
     for row in found.rows.iter().filter(|row| row.reruns.is_some()) {
-        // The force is up before the window: more speed is more time at constant friction, and the kick goes along.
+        // The force is complete before the window. More speed takes more time at constant friction; the kick moves
+        // too.
         let linear = row.parameter.path == "initial.speed";
         assert_eq!(row.nonlinear(), Some(!linear), "{row:?}");
     }
@@ -207,10 +209,10 @@ fn property_reruns_with_other_events_say_so() {
     );
 }
 
-/// A kick at a fixed time stays there: where the stop comes earlier, it comes after the stop.
+/// A kick at a fixed time does not move. If the stop comes earlier, the kick comes after the stop.
 #[test]
 fn property_a_kick_at_a_fixed_time_is_held() {
-    // The whole slide: over a short one what the ramp shakes, or its rounding, starts the stick-slip in place of the kick.
+    // In a short slide, the vibration from the ramp or its rounding would start the stick-slip, not the kick.
     let found = sensitivities(&case(&[]), &[("initial.speed", 0.5)]).unwrap();
     let [below, above] = row(&found, "initial.speed").reruns.as_ref().unwrap();
     assert_eq!(below.sticks, Some(1));
@@ -222,7 +224,7 @@ fn property_a_kick_at_a_fixed_time_is_held() {
     assert!(found.held.contains("stays at"), "{}", found.held);
 }
 
-/// Without a final stick there is nothing to say; where the reruns cannot be held against the slopes, these stand alone.
+/// Without a final stick there is no result. If reruns cannot be compared with the slopes, the slopes stand alone.
 #[test]
 fn property_without_reruns_the_slopes_stand_alone() {
     let sliding = case(&[QUICK[0], QUICK[1], QUICK[2], "output={end_time=0.1, interval=0.01}"]);
@@ -242,7 +244,7 @@ fn property_without_reruns_the_slopes_stand_alone() {
         assert!(found.rows.iter().filter(|row| row.slope.is_some()).count() > 12);
         assert_eq!(row(&found, "friction.decay").parameter.half_last_digit, Some(0.05));
     }
-    // Events of something else.
+    // Events of another case.
     let other = events(&sliding);
     let stick = own.iter().find(|event| event.kind.name() == "stick").unwrap();
     let other: Vec<Event> = other.into_iter().chain([*stick]).collect();

@@ -1,4 +1,4 @@
-//! Sticks far shorter than a step: whatever the length of the steps, they are found.
+//! Sticks far shorter than a step are found, whatever the length of the steps.
 
 use crate::common::{event_sequence, output, run, truth};
 use stickslip::model::{DiskKick, KickTime, Parameters};
@@ -16,7 +16,7 @@ fn paper_si(relative_velocity: f64) -> Parameters {
     parameters
 }
 
-/// The word and its times as the solver's own steps find them, and by steps so short that no stick fits in.
+/// Compares sequence and times for the solver's own steps with those for steps shorter than any stick.
 fn check(parameters: &Parameters, end: f64, solver: &SolverOptions, longest_step: f64, tolerance: f64) {
     let events = |options: &SolverOptions| -> (Vec<EventKind>, Vec<f64>) {
         let (recorder, _) = run(parameters, options, &output(end, end));
@@ -33,7 +33,7 @@ fn check(parameters: &Parameters, end: f64, solver: &SolverOptions, longest_step
     }
 }
 
-/// Kicks around the one whose oscillation just reaches a stop, which lasts 1.5 us in steps of 12 us.
+/// Kicks near the one whose oscillation just reaches a stop, which lasts 1.5 us at steps of 12 us.
 #[test]
 fn property_a_first_stick_that_hardly_is_one_is_found() {
     for relative_velocity in [1.0766e-4, 1.0767e-4, 1.07675e-4, 1.0769023365453122e-4, 1.07705e-4] {
@@ -43,12 +43,12 @@ fn property_a_first_stick_that_hardly_is_one_is_found() {
             value: 2225.0,
             rise_time: 0.001,
         });
-        // The onset of the last is where the first dip grazes; the amplified rounding is 1e-11 s.
+        // The onset of the last case is at the grazing first dip. The amplified rounding is 1e-11 s.
         check(&parameters, 0.06, &SolverOptions::default(), 1e-6, 1e-8);
     }
 }
 
-/// Sticks that shorten to nothing as the force fades.
+/// Sticks shorten to nothing as the force fades.
 #[test]
 fn property_sticks_are_found_down_to_the_shortest() {
     let mut parameters = paper_si(0.5);

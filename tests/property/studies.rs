@@ -1,4 +1,4 @@
-//! What studies are made of: shards, the journal, threads; and the phases of a cycle.
+//! Parts of studies: shards, journal and threads; also the phases of a cycle.
 
 mod partition {
     use proptest::prelude::*;
@@ -7,7 +7,7 @@ mod partition {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(256))]
 
-        /// Shards are of one size up to one point.
+        /// The sizes of shards differ by at most one point.
         #[test]
         fn property_shards_have_the_points_that_they_own(
             shape in proptest::collection::vec(1usize..9, 1..4), shards in 1usize..9,
@@ -28,7 +28,7 @@ mod partition {
         let partition = Partition::new(&[10, 2], 2);
         let first_column = |shard| (0..20).filter(|&n| partition.owner(n) == shard && n % 2 == 0).count();
         assert_eq!((first_column(0), first_column(1)), (5, 5));
-        // Three values of the axis before the last: each of three shards has a third of each.
+        // The axis before the last has three values. Each of three shards has a third of each value.
         let partition = Partition::new(&[6, 3, 2], 3);
         for shard in 0..3 {
             for value in 0..3 {
@@ -69,7 +69,6 @@ mod journal {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Cut anywhere, or with any byte changed, a journal gives the records before the damage and no other.
         #[test]
         fn property_a_damaged_journal_is_good_up_to_the_damage(cut in 0.0..1.0f64, flip in any::<bool>()) {
             let folder = tempfile::tempdir().unwrap();
@@ -146,7 +145,7 @@ mod workers {
         assert!(in_order(4, 0, Some, &mut |_| {}).is_empty());
     }
 
-    /// More results than may wait, which a slow receiver takes one by one.
+    /// There are more results than may wait, and a slow receiver takes them one by one.
     #[test]
     fn property_no_result_is_lost_where_they_have_to_wait() {
         let begun = AtomicUsize::new(0);
@@ -160,7 +159,6 @@ mod workers {
         assert_eq!(begun.into_inner(), 1000);
     }
 
-    /// On one thread nothing is begun after the job that came to nothing; what was done before is there.
     #[test]
     fn property_a_job_that_comes_to_nothing_ends_the_work() {
         let results = in_order(1, 10, |k| (k < 4).then_some(k), &mut |_| {});
@@ -184,7 +182,7 @@ mod orbit {
             phase(Mode::SlipForward, 4.0, 5.0, 4.0),
         ]));
         let found: Vec<_> = found.iter().map(|one| (one.border, one.time, one.distance)).collect();
-        // The slip that the period cuts is the largest one, and has no margin.
+        // The slip that the period cuts is the largest one and has no margin.
         assert_eq!(found, [(Border::Slip, 2.0, 0.25), (Border::Separation, 3.0, 0.125)]);
     }
 }

@@ -1,4 +1,4 @@
-//! The tolerance that the points of a study have by default: what it is worth, and who has another one.
+//! Default tolerance of the points of a study: its accuracy, and exceptions from it.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -16,7 +16,7 @@ fn study_with(text: &str, settings: &[&str]) -> Study {
     Study::parse(StudySource::text("tolerance", text), &settings).unwrap()
 }
 
-/// The plane of the critical curve, and kicks from those that rounding nearly hides to those that need little growth.
+/// The plane of the critical curve. The kicks range from nearly hidden by rounding to those that need little growth.
 fn map(count: usize) -> Study {
     study(&format!(
         r#"
@@ -48,9 +48,9 @@ fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, QuantityValues> {
     found
 }
 
-/// Onset and final stick of runs at the default are within 1e-8 s of those of tight runs, whose own error is five orders
-/// below that; of `series` within 1e-10 s, as it has digits to spare. The counts are the same. Of the 64 points two in
-/// three have stick-slip, of up to 400 sticks.
+/// At the default tolerance, onset and final stick are within 1e-8 s (`series`: 1e-10 s, it has digits to spare) of
+/// those of tight runs, whose own error is five orders smaller. The counts are the same. Two in three of the 64 points
+/// have stick-slip, with up to 400 sticks.
 #[test]
 fn property_onset_and_final_stick_of_a_study_hold_to_1e_8_s() {
     let study = map(64);
@@ -79,8 +79,8 @@ fn property_onset_and_final_stick_of_a_study_hold_to_1e_8_s() {
 
 const AXIS: &str = "[[axis]]\nkey = \"friction.decay\"\nvalues = [5]\n";
 
-/// A tolerance of the user's holds, wherever it is given; and methods of which the default is not known to be enough keep
-/// that of a single run.
+/// A tolerance given by the user applies, wherever it is given. Methods for which the default is not known to suffice
+/// keep the tolerance of a single run.
 #[test]
 fn property_a_tolerance_that_is_given_wins() {
     let rtol = |study: &Study| {
@@ -112,8 +112,8 @@ fn property_a_tolerance_that_is_given_wins() {
     assert_eq!(rtol(&Study::parse(source, &[]).unwrap()), 3e-11);
 }
 
-/// Once it is proved that a stick holds for good nothing is integrated any more: a run to 1000 s does what one to 10 s
-/// does, up to what the longer forecasts move the steps.
+/// Once a stick is proved to be permanent, nothing is integrated any more. A run to 1000 s takes the steps of a run to
+/// 10 s, except for the shift by longer forecasts.
 #[test]
 fn property_a_run_ends_its_work_when_it_sticks_for_good() {
     let study = map(8);
@@ -124,7 +124,7 @@ fn property_a_run_ends_its_work_when_it_sticks_for_good() {
         let long = values(&study, &[&method, "output.end_time=1000"]);
         for (number, values) in &short {
             let more = long[number][steps] / values[steps];
-            // Where damping is strong, the steps of Adams' method are held short by its stability, and their number is a matter of chance.
+            // With strong damping, stability limits the steps of Adams' method, and their number is random.
             assert!(more < 1.1, "{method}, point {number}: {more}");
             assert!(
                 (long[number][last] - values[last]).abs() < 1e-8,
@@ -134,8 +134,8 @@ fn property_a_run_ends_its_work_when_it_sticks_for_good() {
     }
 }
 
-/// Of trains: periods and onsets at the default are within 1e-8 s of those at 1e-12, amplitudes within 1e-8 of themselves, and
-/// the counts are the same. By `series` nothing depends on the tolerance.
+/// For other systems, periods and onsets at the default are within 1e-8 s of those at 1e-12, amplitudes within a
+/// relative 1e-8, and the counts are the same. With `series` nothing depends on the tolerance.
 #[test]
 fn property_periods_and_amplitudes_of_trains_hold_to_1e_8() {
     for (case, key, from, to) in [

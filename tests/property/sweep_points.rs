@@ -1,4 +1,4 @@
-//! A point of a study gives the same row alone and among others, on one thread and on two.
+//! A point of a study gives the same row alone and with others, on one thread and on two.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -18,7 +18,7 @@ fn study(text: &str) -> Study {
     Study::parse(StudySource::text("points", &text), &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Every outcome to the last bit, as `Debug` writes it.
+/// Every outcome to the last bit, as printed by `Debug`.
 fn alone(study: &Study) -> BTreeMap<u64, String> {
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     points
@@ -40,8 +40,8 @@ fn together(study: &Study, threads: usize, integrate: &Integrate) -> BTreeMap<u6
     found
 }
 
-/// Brakes and trains, in stick, smooth contacts and bristles, by two methods, and runs that fail among runs that do not. Events, numbers
-/// and errors are the same to the last bit.
+/// Brakes and other systems, in stick, with smooth contacts and with bristles, by two methods. Some runs fail. Events,
+/// values and errors are the same to the last bit.
 #[test]
 fn property_a_row_depends_on_its_point_alone() {
     let axis = |case: &str, key: &str, values: &str| {
@@ -73,7 +73,6 @@ fn property_a_row_depends_on_its_point_alone() {
     }
 }
 
-/// A run that panics is a failed row; the others are what they are without it.
 #[test]
 fn property_a_panic_is_one_failed_row() {
     let study =
@@ -94,7 +93,7 @@ fn property_a_panic_is_one_failed_row() {
     assert_eq!(found, expected);
 }
 
-/// A stop from outside ends a sweep before all its points have run, and hands out those that have.
+/// A stop from outside ends a sweep before all its points have run. Finished points are delivered.
 #[test]
 fn property_a_stop_ends_a_sweep_early() {
     let study = study(

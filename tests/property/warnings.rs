@@ -1,4 +1,4 @@
-//! What a run's user is warned of, as values that a program can match on.
+//! Warnings of a run, as values that a program can match.
 
 use crate::common::cases::built_in;
 use crate::common::{disks, run};
@@ -65,7 +65,7 @@ fn property_each_kind_of_warning_is_a_value() {
     assert!(sudden.iter().any(slower), "{sudden:?}");
 }
 
-/// Scripts may look for these words.
+/// Scripts may search for these words.
 #[test]
 fn regression_warnings_read_as_they_always_did() {
     let texts = [
@@ -108,7 +108,6 @@ fn regression_warnings_read_as_they_always_did() {
     }
 }
 
-/// A smaller tolerance is advised only where the method still gains from one.
 #[test]
 fn property_advice_on_accuracy_fits_the_method() {
     let of = |method, rtol| {
@@ -138,7 +137,7 @@ fn property_advice_on_accuracy_fits_the_method() {
         ..SolverOptions::default()
     };
     assert!(finer(&fixed).contains("solver.fixed_step"));
-    // Of an open balance only what was set is taken back.
+    // For an open balance, the remedy takes back only what was set.
     let remedy = |atol_rate, rtol, method| {
         BalanceRemedy::Tolerances(SolverOptions {
             atol_rate,
@@ -159,14 +158,14 @@ fn property_advice_on_accuracy_fits_the_method() {
     assert_eq!(remedy(None, 1e-10, Method::Cvode), "Use --method series");
 }
 
-/// The limit of an open balance follows `rtol`, where a method controls its error; a fixed step has no such excuse.
+/// The limit of an open balance follows `rtol` if the method controls its error. This does not hold for a fixed step.
 #[test]
 fn property_an_open_balance_is_measured_by_the_tolerance() {
     let with = |settings: &[&str]| built_in("paper", settings);
     let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-3"]);
     let (_, report) = run(&disks(&loose), &loose.solver, &loose.output);
     let summary = Summary::of_run(&loose.system, &report);
-    // 4e-6 of the energy turned over.
+    // 4e-6 of the energy turnover.
     assert!(summary.energy_residual > 1e-6 * summary.energy_turnover);
     let open = |case: &Case| {
         let warnings = warnings(case, &summary);

@@ -1,5 +1,5 @@
-//! The answers of the benchmark set (benchmarks) against closed forms, published numbers and an independent code with 30 digits.
-//! That they are what the oracle says is checked where they are made: `benchmark_set --check`.
+//! Answers of the benchmark set (benchmarks), compared with closed forms, published values and an independent code
+//! with 30 digits. `benchmark_set --check` verifies that the oracle gives these answers.
 
 use num_rational::BigRational;
 use num_traits::{One, Zero};
@@ -11,7 +11,6 @@ fn folder(problem: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("benchmarks").join(problem)
 }
 
-/// The cells of a table by column, as they are written.
 fn column(problem: &str, table: &str, name: &str) -> Vec<String> {
     let mut reader = csv::Reader::from_path(folder(problem).join(table)).unwrap();
     let index = reader
@@ -35,7 +34,6 @@ fn number(text: &str) -> BigRational {
     rational(text).unwrap()
 }
 
-/// A number of a problem's summary, as it is written.
 fn summary(problem: &str, name: &str) -> String {
     let text = std::fs::read_to_string(folder(problem).join("summary.json")).unwrap();
     let line = text
@@ -46,7 +44,7 @@ fn summary(problem: &str, name: &str) -> String {
     rest.split(',').next().unwrap().to_owned()
 }
 
-/// That a number is written as `exact` rounds to its digits.
+/// Asserts that the written number is `exact` rounded to its digits.
 fn is(written: &str, exact: &BigRational) {
     let digits = written
         .trim_start_matches(['-', '0', '.'])
@@ -56,7 +54,7 @@ fn is(written: &str, exact: &BigRational) {
     assert_eq!(number(written), number(&decimal(exact, digits)), "{written}");
 }
 
-/// That a number begins as a published one, up to half a unit of its last digit.
+/// Asserts that a number agrees with a published one within half a unit of the published last digit.
 fn begins(written: &str, published: &str) {
     let places = published.split_once('.').map_or(0, |(_, fraction)| fraction.len()) as i32;
     let unit = number(&format!("1e-{places}"));
@@ -67,7 +65,7 @@ fn begins(written: &str, published: &str) {
     );
 }
 
-/// pi, to more digits than any answer has.
+/// pi with more digits than any answer.
 const PI: &str = "3.14159265358979323846264338327950288419716939937511";
 
 #[test]
@@ -85,7 +83,7 @@ fn analytic_an_incline_holds_or_lets_go() {
         (0, 0)
     );
     assert!(column("02-incline-holds", "samples.csv", "x").iter().all(|x| x == "0"));
-    // 0.8 x 9.81 N times a thousandth accelerates 1 kg.
+    // A thousandth of 0.8 x 9.81 N accelerates 1 kg.
     let acceleration = number("0.007848");
     let times = column("03-incline-slides", "samples.csv", "time");
     for (time, x) in times.iter().zip(column("03-incline-slides", "samples.csv", "x")) {
@@ -133,7 +131,7 @@ fn analytic_a_belt_with_coulomb_friction_has_a_cycle_in_closed_form() {
     );
 }
 
-/// Where slip begins the force is at its limit, and the limit is a function of time alone.
+/// At the start of a slip the force is at its limit, which depends only on time.
 #[test]
 fn analytic_blocks_break_away_at_their_limit() {
     type Limit = fn(f64) -> f64;
@@ -156,7 +154,7 @@ fn analytic_blocks_break_away_at_their_limit() {
     }
 }
 
-/// The spring of a mass on a belt that opens and closes, stretched with the belt, reaches the limit.
+/// The contact of a mass on a belt opens and closes. The belt stretches the spring until the force reaches the limit.
 #[test]
 fn analytic_a_contact_that_opens_breaks_away_at_its_limit() {
     let time: f64 = times("20-release")[0].parse().unwrap();
@@ -165,7 +163,7 @@ fn analytic_a_contact_that_opens_breaks_away_at_its_limit() {
     assert_eq!(column("20-release", "events.csv", "kind")[0], "slip");
 }
 
-/// Ten switching times of Hairer, Norsett and Wanner's oscillator, as the built-in case is tested with them.
+/// Ten switching times of the oscillator of Hairer, Norsett and Wanner, as in the test of the built-in case.
 #[test]
 fn published_hairers_oscillator_switches_when_it_should() {
     let known = [
@@ -185,7 +183,7 @@ fn published_hairers_oscillator_switches_when_it_should() {
     }
 }
 
-/// A sample at the time of an event is the state right after it, of a kick above all.
+/// A sample at the time of an event is the state right after the event, in particular after a kick.
 #[test]
 fn property_samples_at_events_are_the_states_after_them() {
     let set = ProblemSet::open(&folder("")).unwrap();
@@ -211,7 +209,6 @@ fn property_samples_at_events_are_the_states_after_them() {
     );
 }
 
-/// Statements name the columns and the numbers of the summary, and no other number.
 #[test]
 fn property_statements_name_what_the_files_have() {
     let set = ProblemSet::open(&folder("")).unwrap();
@@ -246,7 +243,8 @@ fn published_leines_belt_and_its_regularised_cousins() {
 #[test]
 fn analytic_a_clutch_locks() {
     let problem = "15-clutch";
-    // The torque rises to 150 N m within 0.5 s. 200 rad/s + (80 t - T t)/0.2 meets T t/1.5, T t less what the ramp lacks.
+    // The torque rises to 150 N m within 0.5 s. 200 rad/s + (80 t - T t)/0.2 equals T t/1.5, where T t lacks the part
+    // lost in the ramp.
     let lock = number("11") / number("12");
     is(&times(problem)[0], &lock);
     let impulse = number("150") * (&lock - number("0.25"));
@@ -266,7 +264,7 @@ fn analytic_a_kicked_oscillator_swings_by_half_periods() {
     assert_eq!(times("19-kick")[0], "0.1");
 }
 
-/// data/truth is by another code, in another language.
+/// data/truth is from another code in another language.
 #[test]
 fn multiprecision_the_brake_has_the_events_of_an_independent_code() {
     for (problem, truth) in [("22-brake", "si-kick"), ("23-brake-unperturbed", "si-unperturbed")] {
@@ -282,7 +280,7 @@ fn multiprecision_the_brake_has_the_events_of_an_independent_code() {
     }
 }
 
-/// The brake from its kick is the brake: only the rounding of the state at the kick, amplified e^8 times, lies between them.
+/// The brake from its kick has the same sequence. Only the rounding of the state at the kick, times e^8, differs.
 #[test]
 fn property_the_brake_from_its_kick_has_the_same_sequence() {
     assert_eq!(kinds("21-brake-from-kick"), kinds("22-brake"));
@@ -298,7 +296,6 @@ fn property_the_brake_from_its_kick_has_the_same_sequence() {
     }
 }
 
-/// Every number of the summaries that follows from events does.
 #[test]
 fn property_durations_are_differences_of_events() {
     let set = ProblemSet::open(&folder("")).unwrap();

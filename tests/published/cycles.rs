@@ -1,5 +1,5 @@
-//! Periodic motions and their branches, held against closed forms, published numbers, and numbers of an independent code with 34 and
-//! more digits.
+//! Periodic motions and their branches, compared with closed forms, published values, and values of an independent
+//! code with at least 34 digits.
 
 #![expect(
     clippy::excessive_precision,
@@ -15,7 +15,7 @@ use stickslip::cycle::{
 };
 use stickslip::sweep::StudySource;
 
-/// A mass on a spring and a belt or the ground, under a harmonic force.
+/// A mass on a spring under a harmonic force, on a belt or on the ground.
 fn forced(belt: &str, damping: f64, force: f64, omega: f64, friction: &str) -> String {
     format!(
         "motion = 'translation'\n[rotor]\n{belt}\n[stator]\ninertia = 1.0\nstiffness = 1.0\ndamping = {damping:?}\nend = 'fixed'\n\
@@ -24,8 +24,8 @@ fn forced(belt: &str, damping: f64, force: f64, omega: f64, friction: &str) -> S
     )
 }
 
-/// The oscillator of di Bernardo, Kowalczyk and Nordmark, Sliding bifurcations: a novel mechanism for the sudden onset of chaos in dry
-/// friction oscillators, International Journal of Bifurcation and Chaos 13 (2003) 2935.
+/// Oscillator of di Bernardo, Kowalczyk and Nordmark, Sliding bifurcations: a novel mechanism for the sudden onset of
+/// chaos in dry friction oscillators, International Journal of Bifurcation and Chaos 13 (2003) 2935.
 fn driven_on_a_belt(omega: f64) -> String {
     let law = "law = 'polynomial'\nbreakaway = 1.5\nlow_speed = 1.5\nlinear = -1.5\nquadratic = 0.0\ncubic = 0.45\nvalid_below = 20.0";
     forced("end = 'driven'\nspeed = 1.0", 0.0, 0.1, omega, law)
@@ -60,7 +60,7 @@ fn near(value: f64, expected: f64, relative: f64) {
     );
 }
 
-/// The free multipliers, the largest first.
+/// The free multipliers, largest first.
 fn free(orbit: &Orbit) -> Vec<(f64, f64)> {
     let free = orbit.multipliers.iter().filter(|one| one.kind == MultiplierKind::Free);
     free.map(|one| (one.real, one.imaginary)).collect()
@@ -82,11 +82,11 @@ fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
     near(orbit.stick_durations.unwrap().0, 7.7050317693504237635, 1e-13);
 }
 
-/// Bristles make small maxima of the relative velocity, which are no turns. The period is that of the attractor of a run.
+/// Small maxima of the relative velocity, which bristles cause, are not turns. The period is that of a run.
 #[test]
 fn property_bristles_do_not_hide_the_return() {
     let orbit = found(&built_in("lugre-slider"), &[]);
-    // As many digits as the report of a run has.
+    // As many digits as in the report of a run.
     near(orbit.period, 6.362719821066, 1e-12);
     assert_eq!(orbit.stability, CycleStability::Stable);
 }
@@ -115,18 +115,18 @@ fn analytic_coulomb_oscillator_in_closed_form() {
     near(nearest.distance, 0.748919086052795381935982, 1e-12);
 }
 
-/// A separation is as far from vanishing as the force is negative.
+/// The distance at which a separation vanishes is measured by its negative force.
 #[test]
 fn analytic_a_separation_is_measured_by_the_force() {
     let force = "contact.normal_force={profile='cosine', mean=9.5, amplitude=10, angular_frequency=3}";
     let nearest = found(&built_in("belt-coulomb"), &[force]).nearest.unwrap();
     assert_eq!(nearest.border, Border::Separation);
-    // The extremum is where the rate is zero to rounding.
+    // The extremum is found where the rate is zero to rounding.
     near(nearest.distance, 0.5 / 19.5, 1e-12);
 }
 
-/// Den Hartog's motions without stops: amplitudes in the case file; with damping, and where a stick is about to be born, by his
-/// closed form.
+/// Den Hartog's motions without stops. The amplitudes are in the case file. With damping, and near the birth of a
+/// stick, they follow his closed form.
 #[test]
 fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
     for (beta, q, amplitude) in [
@@ -135,7 +135,7 @@ fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
         (1.5, 0.5, 0.5537749241945383235),
         (0.6, 0.3, 1.535601809280865189),
     ] {
-        // From the motion at rest, whose transient dies out by friction.
+        // From rest; friction damps the transient.
         let text = forced(
             "end = 'fixed'",
             0.0,
@@ -145,7 +145,7 @@ fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
         );
         let orbit = found(&source(&text), &[]);
         near(orbit.amplitude(), amplitude, 1e-11);
-        // Its two slips are alike: neither vanishes before the other.
+        // The two slips are equal: neither vanishes before the other.
         assert!(orbit.nearest.is_none_or(|nearest| nearest.border == Border::Reversal));
     }
     let beta = 0.8;
@@ -165,7 +165,7 @@ fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
     near(birth[0].0, 0.65406263174059063322, 1e-10);
 }
 
-/// Two stops a period: closed forms of the stuck position and of the multiplier.
+/// Two stops in a period: closed forms of the stuck position and of the multiplier.
 #[test]
 fn analytic_two_stops_a_period() {
     for (beta, damping, q, multiplier) in [
@@ -187,7 +187,7 @@ fn analytic_two_stops_a_period() {
     }
 }
 
-/// Multipliers against central differences of the oracle's map over a period.
+/// Multipliers agree with central differences of the oracle's map over a period.
 #[test]
 fn multiprecision_multipliers_are_those_of_differences_of_the_oracle() {
     use num_rational::BigRational;
@@ -219,7 +219,7 @@ fn multiprecision_multipliers_are_those_of_differences_of_the_oracle() {
         };
         let report = run(&system, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
         let state = &report.samples[0].1;
-        // Differences are taken in doubles of the distance from the exact start.
+        // Differences are doubles of the distance from the exact start.
         let from = |number: &stickslip::oracle::ExactDouble, value: f64| {
             let own = number.to_rational().unwrap() - BigRational::from_float(value).unwrap();
             let scaled = own / &h;
@@ -308,7 +308,6 @@ fn property_a_case_without_a_cycle_says_why() {
     assert!(matches!(sliding, Err(CycleError::Decays { .. })), "{sliding:?}");
 }
 
-/// Follows a study whose base case has this text.
 fn explored(case: &str, study: &str) -> Explored {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("case.toml"), case).unwrap();
@@ -324,7 +323,6 @@ fn explored(case: &str, study: &str) -> Explored {
     report.explored
 }
 
-/// Value and period of every special point of a kind.
 fn special_points(explored: &Explored, special: Special) -> Vec<(f64, f64)> {
     let points = explored.branches.iter().flat_map(|branch| &branch.points);
     points
@@ -333,7 +331,7 @@ fn special_points(explored: &Explored, special: Special) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Each expected value of the first number is found, to the ten digits that a special point is held to.
+/// Asserts that each expected value of the first parameter is found to the ten digits of a special point.
 fn assert_special_points(explored: &Explored, special: Special, expected: &[f64]) {
     let found = special_points(explored, special);
     for expected in expected {
@@ -344,7 +342,8 @@ fn assert_special_points(explored: &Explored, special: Special, expected: &[f64]
     }
 }
 
-/// The Hopf point in closed form; the unstable slip cycles between it and their graze, which is where the stick-slip cycles end, too.
+/// The Hopf point has a closed form. Unstable slip cycles lie between it and the graze, where stick-slip cycles also
+/// end.
 #[test]
 fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
     let case = built_in("belt-exponential").text;
@@ -362,7 +361,7 @@ fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
     assert_eq!(graze.len(), 1, "{graze:?}");
     near(graze[0].0, 0.7346403888831704046747, 1e-11);
     near(graze[0].1, 0.63040137310520261244, 1e-10);
-    // Between the two, of the unstable cycles: amplitude 0.0501 m and multiplier 1.4927501228788784728 at 0.6 m/s.
+    // Between both, an unstable cycle at 0.6 m/s has amplitude 0.0501 m and multiplier 1.4927501228788784728.
     let cycles = explored
         .branches
         .iter()
@@ -400,7 +399,7 @@ fn multiprecision_unstable_cycles_of_the_exponential_belt() {
             1.926392884739667982,
         ),
     ] {
-        // At the largest position, where the mass stands still.
+        // At the largest position, where the mass is at rest.
         let largest = [
             0.048210843397187978695,
             0.074205939607171986861,
@@ -425,7 +424,7 @@ fn multiprecision_unstable_cycles_of_the_exponential_belt() {
     }
 }
 
-/// The onset of chaos, quoted as 1.7077997 rad/s, where the cycle of four periods grazes; the flip it comes from.
+/// The onset of chaos, published as 1.7077997 rad/s: the cycle of four periods grazes. Also the flip that bears it.
 #[test]
 fn published_sliding_bifurcations_of_the_driven_oscillator() {
     let explored = explored(
@@ -436,7 +435,7 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
     assert_special_points(&explored, Special::Flip, &[1.712981036226938974]);
     let graze = Special::Border(Border::Touch);
     assert_special_points(&explored, graze, &[1.707799714885060333, 1.667690998105967954]);
-    // A branch of twice the period begins with its own period, and with the squares of the multipliers of the flip.
+    // A branch of twice the period begins with its own period and with the squares of the flip's multipliers.
     let doubled = explored
         .branches
         .iter()
@@ -448,9 +447,9 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
         2.0 * explored.branches[branch].points[point].period,
         1e-15,
     );
-    // The multiplier is -1 to the 1e-8 within which one is called neutral.
+    // The multiplier is -1 within 1e-8, the bound of neutral multipliers.
     near(doubled.points[0].spectrum[0].0, 1.0, 1e-8);
-    // As quoted, to its last digit.
+    // As published, to the last digit.
     let grazes = special_points(&explored, graze);
     assert!(grazes.iter().any(|graze| (graze.0 - 1.7077997).abs() < 5e-8));
     assert_special_points(&explored, Special::Fold, &[1.683440572495729398]);
@@ -482,7 +481,7 @@ fn multiprecision_torus_of_a_forced_belt() {
     near(torus[0].0, 2.492679910954482739, 1e-10);
 }
 
-/// The curve of Hopf points in closed form, c = alpha (mu_s - mu_d) F_n exp(-alpha v), and that of grazes through its known point.
+/// Hopf points have the closed form c = alpha (mu_s - mu_d) F_n exp(-alpha v). Grazes pass through their known point.
 #[test]
 fn analytic_curves_in_two_numbers() {
     let explored = explored(
@@ -506,7 +505,7 @@ fn analytic_curves_in_two_numbers() {
     near(at_one.values[0], 0.7346403888831704, 1e-9);
 }
 
-/// The contact opens where the amplitude of the force is its mean.
+/// The contact opens where the amplitude of the force equals its mean.
 #[test]
 fn analytic_the_curve_of_the_loss_of_contact() {
     let text = "motion = 'translation'\n[rotor]\nend = 'driven'\nspeed = 5.0\n[stator]\ninertia = 1.0\nstiffness = 1.0\n\
@@ -517,7 +516,7 @@ fn analytic_the_curve_of_the_loss_of_contact() {
                  curves = ['opening', 'flip']\n";
     let explored = explored(text, study);
     let opening = Special::Border(Border::Opening);
-    // Special points are promised to 1e-10; this one is known at the border itself.
+    // Special points are true to 1e-10. This one is known at the border itself.
     near(special_points(&explored, opening)[0].0, 1.0, 1e-11);
     let curve = &explored.curves[0];
     assert_eq!((explored.curves.len(), curve.special), (1, opening));
@@ -525,7 +524,7 @@ fn analytic_the_curve_of_the_loss_of_contact() {
     for point in &curve.points {
         near(point.values[0], point.values[1], 1e-10);
     }
-    // What was asked for and is nowhere is said.
+    // A requested curve without any point gives a remark.
     assert!(
         explored
             .remarks
@@ -536,7 +535,7 @@ fn analytic_the_curve_of_the_loss_of_contact() {
     );
 }
 
-/// A mass on a belt that is pressed by a harmonic force; `belt`, `mass` and `pressed` are what differs.
+/// A mass on a belt under a harmonic normal force. `belt`, `mass` and `pressed` vary.
 fn pressed(belt: f64, mass: &str, pressed: &str, friction: &str) -> String {
     format!(
         "motion = 'translation'\n[rotor]\nend = 'driven'\nspeed = {belt:?}\n[stator]\nend = 'fixed'\n{mass}\n[contact]\n\
@@ -544,7 +543,6 @@ fn pressed(belt: f64, mass: &str, pressed: &str, friction: &str) -> String {
     )
 }
 
-/// A study of one number of a case.
 fn over(key: &str, from: f64, to: f64, branch: &str) -> String {
     format!("case = 'case.toml'\n[[axis]]\nkey = '{key}'\nfrom = {from:?}\nto = {to:?}\n[branch]\n{branch}\n")
 }
@@ -553,8 +551,8 @@ fn ends(explored: &Explored) -> Vec<EndReason> {
     explored.branches.iter().map(|branch| branch.end).collect()
 }
 
-/// Folds of cycles whose stick ends by the force, with a mass whose k/m is rounded; a branch along which a zero
-/// eigenvalue is a rounding.
+/// Folds of cycles whose stick ends through the force, with a mass whose k/m is rounded, and a branch along which a
+/// zero eigenvalue is a rounding.
 #[test]
 fn multiprecision_folds_and_branches_of_sticks_that_end_by_a_signal() {
     let force = "{ profile = 'sine', mean = 3.5544, amplitude = 2.13264, angular_frequency = 15.252609016443493 }";
@@ -575,8 +573,7 @@ fn multiprecision_folds_and_branches_of_sticks_that_end_by_a_signal() {
     assert_eq!(count(0.65), count(1.0));
 }
 
-/// Where the start of the period moves off an event, the branch keeps its direction: with a drive whose period varies,
-/// and without a drive.
+/// If the start of the period moves off an event, the branch keeps its direction, with a varying drive or none.
 #[test]
 fn property_a_branch_keeps_its_direction_where_its_start_moves() {
     let law = "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0";
@@ -602,7 +599,7 @@ fn property_a_branch_keeps_its_direction_where_its_start_moves() {
     assert!(explored.remarks.is_empty(), "{:?}", explored.remarks);
 }
 
-/// Cycles become as small as the belt is slow, without a Hopf point; steady sliding on a slow belt comes to rest.
+/// Cycles become small with the speed of the belt, without a Hopf point. Steady sliding on a slow belt comes to rest.
 #[test]
 fn property_cycles_shrink_to_steady_sliding_at_a_hopf_point_only() {
     let mass = "inertia = 0.538\nstiffness = 6957.0\ndamping = 5.746";
@@ -624,11 +621,11 @@ fn property_cycles_shrink_to_steady_sliding_at_a_hopf_point_only() {
         .iter()
         .min_by(|a, b| (a.value - 1e-3).abs().total_cmp(&(b.value - 1e-3).abs()))
         .unwrap();
-    // 0.077527481 s at 0.001 m/s, changing by 0.8 s per m/s.
+    // The period is 0.077527481 s at 0.001 m/s and changes by 0.8 s per m/s.
     near(slow.period, 0.077527481 - 0.8 * (slow.value - 1e-3), 1e-3);
 }
 
-/// A slip that ends at rest only touches the belt, and the motion jumps: the border, seen from the stick's side.
+/// A slip that ends at rest only touches the belt, and the motion jumps: the border from the side of the stick.
 #[test]
 fn property_a_slip_that_only_touches_the_belt() {
     let force = "{ profile = 'sine', mean = 2.0, amplitude = 3.0, angular_frequency = 5.0 }";
@@ -640,7 +637,7 @@ fn property_a_slip_that_only_touches_the_belt() {
     );
     assert_eq!(ends(&explored), [EndReason::Jump]);
     let touch = special_points(&explored, Special::Border(Border::Touch));
-    // Where the distance of cycles beside it, which is linear, comes to zero.
+    // The distance of neighbouring cycles is linear and vanishes here.
     near(touch[0].0, 1.593503109992, 3e-12);
     let orbit = found(&source(&text), &["contact.normal_force.amplitude=1.5936"]);
     let nearest = orbit.nearest.unwrap();
@@ -648,7 +645,7 @@ fn property_a_slip_that_only_touches_the_belt() {
     assert!(nearest.distance > 0.0 && nearest.distance < 1e-2, "{nearest:?}");
 }
 
-/// The flip of which the doubled cycles were born is found from their side.
+/// The flip at which the doubled cycles were born is found from their side.
 #[test]
 fn multiprecision_flip_from_the_doubled_side() {
     let text = driven_on_a_belt(2.6)
@@ -660,7 +657,7 @@ fn multiprecision_flip_from_the_doubled_side() {
     assert_special_points(&explored, Special::Flip, &[2.7587172466188]);
 }
 
-/// A number that is the frequency of one drive of several leaves no common period.
+/// Variation of the frequency of one of several drives leaves no common period.
 #[test]
 fn property_a_number_that_parts_the_drives_is_refused() {
     let torque = |first: f64| {
@@ -682,7 +679,6 @@ fn property_a_number_that_parts_the_drives_is_refused() {
     }
 }
 
-/// On a branch, every stable cycle is where a long run ends.
 #[test]
 fn property_stable_points_of_a_branch_are_where_long_runs_end() {
     let text = built_in("belt-exponential").text;
@@ -707,7 +703,6 @@ fn property_stable_points_of_a_branch_are_where_long_runs_end() {
     }
 }
 
-/// Interrupted anywhere and resumed, a study gives the file that it gives at once.
 #[test]
 fn property_a_resumed_study_gives_the_same_branches() {
     use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! The data of the figures against what the paper says of its own.
+//! Data of the figures, compared with the paper's statements about its own.
 
 use crate::common::cli::Folder;
 use std::sync::OnceLock;
@@ -13,7 +13,7 @@ use stickslip::plot::spiral::Turns;
 use stickslip::plot::{Curve, DrawnRun, Figure, own};
 use stickslip::signal::{Ramp, Signal};
 
-/// The paper's run, whose samples are close at the plateau, the stick-slip and the last stick.
+/// The paper's run, with dense samples at the plateau, in the stick-slip and in the last stick.
 fn file() -> &'static std::path::Path {
     static FILE: OnceLock<(Folder, std::path::PathBuf)> = OnceLock::new();
     let (_, path) = FILE.get_or_init(|| {
@@ -39,7 +39,7 @@ fn points(figure: &Figure, label: &str) -> Vec<(f64, f64)> {
         .unwrap_or_else(|| panic!("no curve {label}"))
 }
 
-/// Fig. 4: 0.6 at rest, 0.3 at high speed, falling.
+/// Fig. 4: 0.6 at rest, falling to 0.3 at high speed.
 #[test]
 fn published_friction_law() {
     let law = points(&figure("4"), "sliding");
@@ -48,7 +48,7 @@ fn published_friction_law() {
     assert!(law.windows(2).all(|p| p[1].1 < p[0].1));
 }
 
-/// Fig. 5: a ramp to a plateau at 0.0402 mm. What rings on at the end of the ramp is 13 nm.
+/// Fig. 5: a ramp to a plateau at 0.0402 mm. The oscillation after the end of the ramp has 13 nm.
 #[test]
 fn published_axial_plateau() {
     let z = points(&figure("5"), "");
@@ -57,7 +57,7 @@ fn published_axial_plateau() {
     for value in plateau {
         assert_eq!(format!("{:.4}", -value * 1e3), "0.0402");
     }
-    // The ramp is a straight line but for the lag c_a/k_e of 0.16 ms.
+    // The ramp is a straight line except for the lag c_a/k_e of 0.16 ms.
     let half = z
         .iter()
         .min_by(|a, b| (a.0 - 0.5).abs().total_cmp(&(b.0 - 0.5).abs()))
@@ -65,8 +65,8 @@ fn published_axial_plateau() {
     assert!((half.1 * 1e3 + 0.0201).abs() < 2e-5, "{half:?}");
 }
 
-/// Rotor speed: with the force at its plateau and the friction at its high-speed value, rotor and rotor surface slow down
-/// evenly by mu_d r F_0/(I + J).
+/// Rotor speed: at the plateau of the force and the high-speed value of friction, rotor and rotor surface slow down
+/// uniformly by mu_d r F_0/(I + J).
 #[test]
 fn analytic_rotor_speed_falls_evenly() {
     let speed = points(&figure("rotor-speed"), "");
@@ -83,7 +83,7 @@ fn analytic_rotor_speed_falls_evenly() {
     let inertia: f64 = system.rotor.inertia.iter().sum();
     let expected = system.law.as_exponential().unwrap().high_speed * system.radius * force / inertia;
     let slope = (first.1 - last.1) / (last.0 - first.0);
-    // At 7.7 rad/s and more the exponential of the friction law is below 2e-17; what is left is the run's tolerance of 1e-10.
+    // From 7.7 rad/s on, the exponential of the friction law is below 2e-17. The run's tolerance of 1e-10 remains.
     assert!((slope / expected - 1.0).abs() < 1e-9, "{slope} {expected}");
     for p in &between {
         let line = first.1 - slope * (p.0 - first.0);
@@ -91,8 +91,7 @@ fn analytic_rotor_speed_falls_evenly() {
     }
 }
 
-/// Stick-slip: between the first and the last stick the drawn relative velocity is 0 in stick, and its largest value falls
-/// from slip to slip.
+/// Between the first and the last stick, the drawn relative velocity is 0 in stick, and falls from slip to slip.
 #[test]
 fn property_stick_slip_is_drawn_with_falling_slips() {
     let velocity = points(&figure("stick-slip-transition"), "");
@@ -112,8 +111,8 @@ fn property_stick_slip_is_drawn_with_falling_slips() {
     assert_eq!(cycles.len(), 47);
 }
 
-/// The interface torque jumps where a stick begins: in a portrait, slip is the friction law alone, and no line leads from
-/// it to the torque that holds.
+/// The interface torque jumps at the start of a stick. In a portrait, slip shows only the friction law, and no line
+/// leads from it to the holding torque.
 #[test]
 fn analytic_torque_in_slip_is_the_friction_law() {
     let runs = [DrawnRun::open(file()).unwrap()];
@@ -125,12 +124,12 @@ fn analytic_torque_in_slip_is_the_friction_law() {
     assert!(slip.len() > 100);
     for (velocity, torque) in slip {
         let law = system.law.coefficient(velocity) * system.radius * force;
-        // Rounding of the contact force, some digits of it at the plateau.
+        // Rounding of the contact force, some of its digits at the plateau.
         assert!((torque - law).abs() < 1e-9 * law, "{torque} at {velocity}, not {law}");
     }
-    // Sticks stand at no velocity, from the torque after a stop to the limit.
+    // Sticks have zero velocity, and torques from the one after a stop to the limit.
     assert!(points(&figure, "stick").iter().all(|p| p.0.abs() < 1e-15));
-    // A window that ends with an event shows the state at it.
+    // A window that ends with an event shows the state at this event.
     let onset = runs[0].stick_slip.onset_time.unwrap();
     let figure = own::phase(&runs, "law", "law", axes, (6.97, onset)).unwrap();
     let end = figure.panels[0]
@@ -141,7 +140,7 @@ fn analytic_torque_in_slip_is_the_friction_law() {
     assert!(end.abs() < 1e-12, "{end}");
 }
 
-/// The gallery has every figure, and every picture that it shows is there.
+/// The gallery has every figure, and all its pictures exist.
 #[test]
 fn property_the_gallery_has_every_figure() {
     let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
@@ -163,7 +162,7 @@ fn property_the_gallery_has_every_figure() {
     }
 }
 
-/// Fig. 15: slips flat within 10 %, sticks that grow from the second on; the cycles are those of the file.
+/// Fig. 15: slips are constant within 10 %, and sticks grow from the second one. The cycles are those of the file.
 #[test]
 fn published_durations() {
     let figure = figure("15");
@@ -172,20 +171,20 @@ fn published_durations() {
     let mean = slips.iter().map(|p| p.1).sum::<f64>() / 47.0;
     assert!(slips.iter().all(|p| (p.1 / mean - 1.0).abs() < 0.1));
     assert!(sticks[1..].windows(2).all(|pair| pair[1].1 > pair[0].1));
-    // The paper: first stick 0.05 ms, slips 0.19 ms.
+    // The paper's values: first stick 0.05 ms, slips 0.19 ms.
     assert_eq!(format!("{:.2}", sticks[0].1 * 1e3), "0.05");
     assert_eq!(format!("{:.2}", slips[0].1 * 1e3), "0.19");
     // "Almost exponentially": the last sticks grow faster than an exponential that fits all.
     let exponential = points(&figure, "exponential");
     let off = |k: usize| sticks[k].1 / exponential[k].1 - 1.0;
     assert!(off(46) > 0.5);
-    // From the second to the thirtieth one exponential does.
+    // A single exponential fits the second to the thirtieth stick.
     let durations: Vec<f64> = sticks[1..30].iter().map(|p| p.1).collect();
     let fit = ExponentialFit::of(&durations).unwrap();
     assert!(fit.worst < 0.05 && fit.r_squared > 0.98, "{fit:?}");
 }
 
-/// Amplitude turn by turn of what a portrait shows, from its drawn points.
+/// Amplitude of each turn in the drawn points of a portrait.
 fn drawn_amplitudes(figure: &Figure) -> Vec<f64> {
     let mut turns = Turns::default();
     figure.panels[0]
@@ -194,7 +193,7 @@ fn drawn_amplitudes(figure: &Figure) -> Vec<f64> {
         .filter(|curve| curve.style == CurveStyle::Solid)
         .flat_map(Curve::points)
         .for_each(|p| turns.push(p.1));
-    // Turns that are smaller than a point of the picture are thinned.
+    // Turns smaller than a point of the picture are thinned out.
     let amplitudes = turns.amplitudes();
     let largest = amplitudes.iter().fold(0.0, |a: f64, &b| a.max(b));
     amplitudes.into_iter().filter(|a| *a > 1e-4 * largest).collect()
@@ -214,8 +213,8 @@ fn assert_spiral(name: &str, least_turns: usize, grows: bool) {
     );
 }
 
-/// Fig. 17 converges, Fig. 19 diverges, Fig. 22 converges: after the force has come to its plateau, before the first
-/// stick, in the last stick.
+/// Fig. 17 converges after the force has reached its plateau, Fig. 19 diverges before the first stick, and Fig. 22
+/// converges in the last stick.
 #[test]
 fn published_spirals_converge_diverge_converge() {
     assert_spiral("phase-axial", 2, false);
@@ -225,8 +224,8 @@ fn published_spirals_converge_diverge_converge() {
     }
 }
 
-/// Within the last stick the swing decays by what the stick's slow mode says: exp(2 pi Re lambda/Im lambda) a turn,
-/// after its first turns, in which the surfaces' own mode dies away.
+/// Within the last stick, the swing decays as given by the slow mode of stick, exp(2 pi Re lambda/Im lambda) per turn,
+/// after the first turns, in which the mode of the surfaces decays.
 #[test]
 fn analytic_last_stick_decays_as_its_mode() {
     let run = DrawnRun::open(file()).unwrap();
@@ -242,6 +241,6 @@ fn analytic_last_stick_decays_as_its_mode() {
     let damped = (natural * natural - rotor.decay * rotor.decay).sqrt();
     let expected = (-std::f64::consts::TAU * rotor.decay / damped).exp();
     let factor = stickslip::plot::spiral::factor_per_turn(&amplitudes).unwrap();
-    // A hundred samples in a turn meet its extremes to (pi/100)^2/2, over 18 turns.
+    // A hundred samples per turn meet the extremes within (pi/100)^2/2, over 18 turns.
     assert!((factor - expected).abs() < 1e-4, "{factor} {expected}");
 }

@@ -1,4 +1,4 @@
-//! Held against printed numbers.
+//! Tests against printed numbers.
 
 mod benchmark_set;
 mod cycles;

@@ -1,7 +1,7 @@
-//! Dry friction problems of the literature, which are built-in cases: by the oracle to the digits that are known, and by every kind
-//! of method to what it promises.
+//! Dry friction problems of the literature, which are built-in cases. The oracle is compared to all known digits, and
+//! every kind of method to its stated accuracy.
 //!
-//! | problem | source | held against |
+//! | problem | source | compared with |
 //! |---|---|---|
 //! | block on a moving belt | Leine, van Campen, de Kraker, van den Steen 1998, doi 10.1023/A:1008289604683 | period, largest deflection, first stick |
 //! | y'' + 0.2 y' + 4 sgn y' + y = 2 cos(pi t) | Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.6 | ten switching times |
@@ -23,8 +23,9 @@ use stickslip::simulation::Method;
 
 type Real = BigRational;
 
-/// Every kind of method, its relative tolerance, and what its times and states are true to: what `series` and `arkode` promise by
-/// default, and of the others a thousand times the tolerance, which the local errors of some thousand steps can add up to.
+/// Every kind of method, its relative tolerance, and the accuracy of its times and states. For `series` and `arkode`
+/// it is the accuracy stated for the default. For the others it is a thousand times the tolerance, the possible sum of
+/// the local errors of some thousand steps.
 const METHODS: [(&str, f64, f64); 7] = [
     ("series", 1e-10, 1e-12),
     ("arkode", 1e-10, 1e-9),
@@ -35,11 +36,10 @@ const METHODS: [(&str, f64, f64); 7] = [
     ("cvode-bdf", 1e-12, 1e-8),
 ];
 
-/// A number that is known to so much.
 #[derive(Clone)]
 struct Known(Real, f64);
 
-/// A printed number: to a unit of its last digit.
+/// A printed number, with an uncertainty of one unit of its last digit.
 fn known(printed: &str) -> Known {
     let decimals = printed.split_once('.').map_or(0, |(_, decimals)| decimals.len()) as i32;
     Known(rational(printed).unwrap(), 10f64.powi(-decimals))
@@ -59,7 +59,7 @@ impl Known {
     }
 }
 
-/// An event, its time, and where the stator then is, if that is known.
+/// An event, its time, and the position of the stator at that time, if known.
 type Expected = (EventKind, Known, Option<Known>);
 
 fn exact(number: &ExactDouble) -> Real {
@@ -82,8 +82,8 @@ fn by_oracle(name: &str, settings: &[&str], end: &str, samples: &[Real]) -> Orac
     oracle::run(&case.system, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Holds a run of the oracle, and those of all methods, against the events of a case up to `end`, s. Where the run begins at the
-/// limit of stick, the slip at once is an event to some of them.
+/// Compares a run of the oracle and runs of all methods with the events of a case up to `end` (s). If the run begins
+/// at the limit of stick, some methods report the immediate slip as an event.
 fn hold(name: &str, settings: &[&str], end: &str, expected: &[Expected]) {
     let compare = |what: &str, found: Vec<(EventKind, Real, Real)>, within: f64| {
         let late = |event: &&(EventKind, Real, Real)| nearest_double(&event.1) > 1e-9;
@@ -116,8 +116,9 @@ fn hold(name: &str, settings: &[&str], end: &str, expected: &[Expected]) {
     }
 }
 
-/// m = k = 1, v_dr = 0.2, F = F_s / (1 + 3 |v_rel|), F_s = 1: from the first slip, as the paper does, and from a slack spring, 5 s
-/// earlier. At x = 1 the holding force stands exactly at its limit: the automaton has to let go there.
+/// m = k = 1, v_dr = 0.2, F = F_s / (1 + 3 |v_rel|), F_s = 1: from the first slip, as in the paper, and from a slack
+/// spring, 5 s earlier. At x = 1 the holding force is exactly at its limit, and the automaton must release the
+/// contact.
 #[test]
 fn published_belt_of_leine_et_al() {
     const LARGEST: &str = "1.133944676441656840";
@@ -142,14 +143,14 @@ fn published_belt_of_leine_et_al() {
         let attractor = attractor(&summary);
         near(attractor.period, nearest_double(&period.0), within / 7.0);
         assert_eq!((attractor.sticks, attractor.sections), (1, 1));
-        // The period is gone through again by the series, whatever the method.
+        // `series` integrates the period again, whatever the method.
         near(
             attractor.extremes.as_ref().unwrap().position.1,
             LARGEST.parse().unwrap(),
             within,
         );
     }
-    // By the oracle, where x' is zero: by the secant.
+    // The oracle finds the zero of x' by the secant method.
     let speed = |t: &Real| {
         let report = by_oracle("belt-leine", &["initial.stator_twist=1"], "3", std::slice::from_ref(t));
         let state = &report.samples[0].1;
@@ -169,8 +170,8 @@ fn published_belt_of_leine_et_al() {
     known(LARGEST).holds(&largest, 0.0);
 }
 
-/// Explicit codes have no stick, but a steep slope. Regularised friction shortens Leine's period by 5.9 % (arc tangent) and 0.84 %
-/// (hyperbolic tangent) at 1 mm/s.
+/// Explicit codes replace the stick by a steep slope. At 1 mm/s, regularised friction shortens Leine's period by 5.9 %
+/// (arc tangent) and 0.84 % (hyperbolic tangent).
 #[test]
 fn published_regularised_belts_have_shorter_periods() {
     for (name, period, percent) in [
@@ -183,7 +184,7 @@ fn published_regularised_belts_have_shorter_periods() {
         let [.., before, last] = &slips[..] else {
             panic!("two slips")
         };
-        // The numbers are printed to 1e-8.
+        // The published values have eight decimals.
         near(last.time.minus(&before.time), period, 5.1e-9);
         for method in [Method::Series, Method::Arkode] {
             let found = attractor(&summary(&by(&built_in(name, &[]), method))).period;
@@ -232,10 +233,11 @@ fn published_dry_friction_of_hairer_norsett_wanner() {
     hold("hairer", &[], "10", &expected);
 }
 
-/// X = sqrt(V^2 - q^2 U^2), V = 1/(1 - beta^2), U = sin(pi/beta)/(beta (1 + cos(pi/beta))); reversals each pi/beta. From the turning
-/// point of the periodic motion, whose phase has cosine X/V and sine -q U/V. The start is rounded to doubles, so that the motion is
-/// the periodic one up to what a rounding grows to. From rest, 400 half periods leave nothing of the start: each reversal
-/// multiplies the deviation of the speed by the ratio of the accelerations after and before it, which lies below 1.
+/// X = sqrt(V^2 - q^2 U^2), V = 1/(1 - beta^2), U = sin(pi/beta)/(beta (1 + cos(pi/beta))), with reversals every
+/// pi/beta. The run starts at the turning point of the periodic motion, whose phase has cosine X/V and sine -q U/V.
+/// The start is rounded to doubles, so the motion is periodic up to the growth of this rounding. From rest, 400 half
+/// periods leave nothing of the start: each reversal multiplies the deviation of the speed by the ratio of the
+/// accelerations after and before it, which is below 1.
 #[test]
 fn published_steady_motion_of_den_hartog() {
     for (beta, q, printed) in [
@@ -286,7 +288,7 @@ fn published_steady_motion_of_den_hartog() {
             near(found, amplitude, 1e-12);
             near(found, printed, 2e-12);
         }
-        // Without a steady motion that attracts strictly, beta = 1/2 keeps its start.
+        // For beta = 1/2 no steady motion attracts strictly, so the motion keeps its start.
         if beta != 0.5 {
             let settings = start(0.0);
             let settings: Vec<&str> = settings.iter().map(String::as_str).collect();

@@ -1,4 +1,4 @@
-//! The paper's numbers and the friction decay rate that it does not print: what the built-in calibrations come to.
+//! Results of the built-in calibrations: the paper's values, and its unpublished decay rate of friction.
 use crate::common::cases::built_in;
 use std::sync::atomic::AtomicBool;
 use stickslip::Run;
@@ -30,7 +30,7 @@ fn role(study: &CalibrationStudy, calibration: &Calibration, name: &str) -> Role
 fn regression_the_us_values_meet_the_papers_numbers_near_five() {
     let study = study("paper-decay");
     let calibration = found(&study);
-    // All numbers that the paper quotes, but that the slips are "nearly constant" at 0.00019 s: they fall to 0.00018 s.
+    // All quoted values are met, except "nearly constant" slips of 0.00019 s: they fall to 0.00018 s.
     for target in &study.targets {
         let expected = match target.name() {
             "shortest_slip_duration" => Role::OutOfReach,
@@ -38,12 +38,12 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
         };
         assert_eq!(role(&study, &calibration, target.name()), expected, "{}", target.name());
     }
-    // The final stick is printed to 0.1 ms and moves by 2.7 ms for each s/rad: 0.04 s/rad at the most, and the last stick's
-    // duration, which jumps where a stick goes, leaves 0.008 of them.
+    // The final stick is printed to 0.1 ms and moves by 2.7 ms per s/rad, which allows at most 0.04 s/rad. The
+    // duration of the last stick, which jumps when a stick vanishes, reduces this to 0.008 s/rad.
     let decay = calibration.intervals[0];
     assert_eq!(decay.determined, Determined::Both);
     assert!(decay.least > 4.97 && decay.largest < 5.01, "{decay:?}");
-    // Calibrations run by series; by the SUNDIALS solvers the optimum meets the same numbers.
+    // Calibrations use `series`. With the SUNDIALS solvers, the optimum meets the same values.
     let mut case = study.case_at(&calibration.shares).unwrap();
     case.solver.method = built_in("paper", &[]).solver.method;
     let report = Run::new(&case).start().unwrap();
@@ -69,7 +69,7 @@ fn regression_long_with_the_rounded_si_values_the_papers_numbers_contradict_each
     assert_eq!(role(&study, &calibration, "shortest_slip_duration"), Role::OutOfReach);
     let decay = calibration.intervals[0];
     assert!(decay.least > 3.45 && decay.largest < 3.75, "{decay:?}");
-    // How well all could be met at once is found by local searches among jumps: to its first digit.
+    // Local searches among jumps find the best compromise only to its first digit.
     let compromise = calibration.compromise.unwrap();
     assert!((2.0..4.5).contains(&compromise.worst), "{compromise:?}");
 }

@@ -1,4 +1,4 @@
-//! Rows stream: a run holds a bounded amount of memory, however many samples it writes.
+//! Rows are streamed: the memory of a run is bounded, however many samples it writes.
 #![cfg(target_os = "linux")]
 
 use crate::common::compare::{paper, rows_of};
@@ -8,14 +8,14 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 use stickslip::results::ResultFile;
 
-/// High-water mark of a process's resident memory, KiB; `None` once it has ended.
+/// High-water mark of a process's resident memory, KiB; `None` after its end.
 fn peak_memory(process: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().trim_end_matches("kB").trim().parse().ok()
 }
 
-/// The high-water mark of a run into `target`, KiB.
+/// High-water mark of a run into `target`, KiB.
 fn peak_of_run(target: &Path, arguments: &[&str]) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
     command
@@ -34,7 +34,7 @@ fn peak_of_run(target: &Path, arguments: &[&str]) -> u64 {
     peak_of(&mut command)
 }
 
-/// The high-water mark of a program that succeeds, KiB.
+/// High-water mark of a program that must succeed, KiB.
 fn peak_of(command: &mut Command) -> u64 {
     let mut child = command.stdout(Stdio::null()).spawn().unwrap();
     let mut peak = 0;
@@ -49,8 +49,8 @@ fn peak_of(command: &mut Command) -> u64 {
     peak
 }
 
-/// More than a million samples of two dozen channels are 200 MiB; the program itself, its libraries and the buffers of
-/// the result file take some twenty.
+/// More than a million samples of two dozen channels are 200 MiB. The program, its libraries and the buffers of the
+/// result file take about twenty.
 #[test]
 fn regression_a_million_samples_take_less_than_64_mib() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,9 +62,9 @@ fn regression_a_million_samples_take_less_than_64_mib() {
     assert!(peak > 0 && peak < 64 * 1024, "{peak} KiB");
 }
 
-/// A heavy rotor that is hardly slowed sticks and slips without end. An event with the state on both sides is 216 bytes,
-/// a cycle 24: kept, the longer run would add its share of both. By the end of the shorter one HDF5's own cache of the
-/// file's structure is as large as it gets.
+/// A heavy rotor that hardly slows down sticks and slips without end. An event with the states on both sides takes 216
+/// bytes, a cycle 24. If they were kept, the longer run would take more by its share of both. At the end of the
+/// shorter run, HDF5's cache of the file's structure has already reached its final size.
 #[test]
 #[ignore = "long: a run of many events"]
 fn regression_long_events_are_not_kept_in_memory() {
@@ -94,7 +94,7 @@ fn regression_long_events_are_not_kept_in_memory() {
     assert!(high < 64 * 1024, "{high} KiB");
 }
 
-/// Ten million samples of time and relative velocity are 160 MB, and ten times as many would be read in the same blocks:
+/// Ten million samples of time and relative velocity are 160 MB. Ten times as many would be read in the same blocks:
 /// the bound is a quarter of what 10^8 samples may take.
 #[test]
 fn regression_ten_million_samples_are_compared_in_less_than_64_mib() {
@@ -103,9 +103,9 @@ fn regression_ten_million_samples_are_compared_in_less_than_64_mib() {
     let candidate = folder.path().join("long.h5");
     let rows = rows_of(paper(), 6.966);
     let mut rows: Vec<_> = rows.into_iter().filter(|row| row.0 < 6.99).collect();
-    // Between a sample and an event beside it there may be no room.
+    // There may be no room between a sample and a neighbouring event.
     rows.dedup_by(|b, a| b.0 - a.0 < 1e-8);
-    // On straight lines between the reference's samples; piece by piece, as this test's memory is bounded too.
+    // On straight lines between the reference's samples, written in pieces to bound the memory of this test, too.
     let file = unlocked::create(&candidate).unwrap();
     let create = |name: &str| file.new_dataset::<f64>().shape(SAMPLES).create(name).unwrap();
     let (times, speeds) = (create("time"), create("relative_velocity"));

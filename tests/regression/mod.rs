@@ -1,4 +1,4 @@
-//! Held against earlier behaviour.
+//! Tests against earlier behaviour.
 
 mod calibrate;
 mod memory;

@@ -1,16 +1,15 @@
-//! What the built-in reference runs cost, as snapshots: a change of cost has to be seen and accepted.
+//! Costs of the built-in reference runs, as snapshots: a change of cost must be seen and accepted.
 //!
-//! After a change that is meant: `INSTA_UPDATE=always cargo test --test reference solver_counters::`, and read the diff.
+//! After an intended change: `INSTA_UPDATE=always cargo test --test reference solver_counters::`, and read the diff.
 //!
-//! The last bit of a right-hand side decides which steps a solver takes, and it belongs to the mathematical library and the
-//! processor. Where both are those of the snapshots, every count is held exactly; elsewhere within [`SHARE`].
+//! The last bit of a right-hand side decides which steps a solver takes. It depends on the mathematical library and
+//! the processor. If both are those of the snapshots, every count must agree exactly; otherwise within [`SHARE`].
 
 use crate::common::cases::built_in;
 use std::fmt::Write as _;
 use stickslip::record::Segment;
 use stickslip::simulation::{Method, SolverOptions};
 
-/// One counter of a segment.
 type Counter = fn(&Segment) -> u64;
 
 /// Sums over the segments of each solver.
@@ -52,15 +51,15 @@ fn counters(case: &str, method: Method) -> String {
     text
 }
 
-/// By how much of itself, or by how many if that is more, a count may differ under another arithmetic. With the variants of
-/// exp, sin and cos that glibc has for processors without fused multiply-add, whose last bits are others, steps and
-/// right-hand sides differ by at most 3 %, and the rarer counts, such as Jacobians and refused steps, by at most 8 % or by
-/// one (GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2). Another compiler of SUNDIALS may do as much again.
+/// Relative difference of a count, or absolute difference if that is larger, under another arithmetic. With glibc's
+/// variants of exp, sin and cos for processors without fused multiply-add, whose last bits differ, steps and
+/// right-hand sides differ by at most 3 %, and rarer counts, such as Jacobians and refused steps, by at most 8 % or by
+/// one (GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2). Another compiler of SUNDIALS may add as much.
 const SHARE: f64 = 0.2;
 const AT_LEAST: f64 = 10.0;
 
-/// A digest (FNV-1a) of exp, sin and cos at ten thousand places, as on the machine of the snapshots: x86-64, glibc 2.36, with
-/// fused multiply-add.
+/// Digest (FNV-1a) of exp, sin and cos at ten thousand places on the machine of the snapshots: x86-64, glibc 2.36,
+/// with fused multiply-add.
 const DIGEST: u64 = 0x1057_6ee4_552a_cc61;
 
 fn digest() -> u64 {
@@ -73,9 +72,8 @@ fn digest() -> u64 {
         })
 }
 
-/// Holds the counters of a run against the snapshot of that name.
 fn hold(name: &str, counters: &str) {
-    // On other processors a C compiler may fuse what Rust's mathematical functions do not show.
+    // On other processors a C compiler may fuse operations in ways that Rust's mathematical functions do not reveal.
     let digest = digest();
     if cfg!(target_arch = "x86_64") && digest == DIGEST {
         insta::assert_snapshot!(name, counters);
@@ -97,7 +95,7 @@ fn hold(name: &str, counters: &str) {
     let (expected, found) = (rows(expected), rows(counters));
     for ((name, expected), (found_name, found)) in expected.iter().zip(&found) {
         assert_eq!(name, found_name, "{counters}");
-        // Events, samples and segments are those of the solution, not of the steps.
+        // Events, samples and segments belong to the solution, not to the steps.
         let bound = if name.starts_with(' ') {
             (SHARE * expected).max(AT_LEAST)
         } else {

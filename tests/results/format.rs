@@ -1,4 +1,4 @@
-//! The bytes of a result file, and what it lists of itself. What other programs see in one: `machine/readers`.
+//! The bytes of a result file, and its own list of contents. `machine/readers` tests what other programs see.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,7 +19,7 @@ fn regression_identical_runs_give_identical_bytes() {
     assert!(a == b);
 }
 
-/// When a flush comes must not be seen in the file, as it depends on the clock.
+/// The times of flushes depend on the clock, and must not be visible in the file.
 #[test]
 fn regression_slow_and_fast_runs_give_identical_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -36,7 +36,7 @@ fn regression_slow_and_fast_runs_give_identical_bytes() {
     assert!(a == b);
 }
 
-/// The bytes that differ between runs at different times are few, and lie in /meta and history.
+/// Few bytes differ between runs at different times, and they are in /meta and history.
 #[test]
 fn regression_only_meta_and_history_differ() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,14 +57,14 @@ fn regression_only_meta_and_history_differ() {
         files.push(fs::read(path).unwrap());
     }
     assert_eq!(files[0].len(), files[1].len());
-    // Without the last line, the CRC-32 of all the rest.
+    // Without the last line, which is the CRC-32 of everything else.
     let [first, second] = [0, 1].map(|k| &files[k][..files[k].len() - 26]);
     let differing = first.iter().zip(second).filter(|(a, b)| a != b).count();
     // Two digits in each text, and the bytes of the wall time.
     assert!(differing <= 12, "{differing} bytes differ");
 }
 
-/// Against the schema, through the reader.
+/// Compared with the schema, through the reader.
 #[test]
 fn contents_lists_every_variable_with_units_and_range() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,7 +96,7 @@ fn contents_lists_every_variable_with_units_and_range() {
         .find(|attribute| attribute.name == "status")
         .unwrap();
     assert_eq!(status.value, AttributeValue::Text("complete".to_owned()));
-    // Infinity, of which JSON knows nothing, is null there.
+    // JSON has no infinity, and gets null instead.
     let json = serde_json::to_value(&contents).unwrap();
     assert_eq!(json["variables"][0]["name"], "time");
     assert_eq!(json["variables"][0]["type"], "float64");

@@ -1,4 +1,4 @@
-//! Runs that are kept in memory: written, they are the file of a run that was recorded into it.
+//! A run kept in memory, when it is written, gives the same file as a run that was recorded to the file.
 
 use std::error::Error;
 use std::ffi::OsString;
@@ -36,14 +36,13 @@ fn recorded(case: &Case, path: &Path) -> Outcome {
     Ok(())
 }
 
-/// The offsets at which two files differ.
 fn differences(a: &Path, b: &Path) -> Result<usize, Box<dyn Error>> {
     let (a, b) = (std::fs::read(a)?, std::fs::read(b)?);
     assert_eq!(a.len(), b.len());
     Ok(a.iter().zip(&b).filter(|(a, b)| a != b).count())
 }
 
-/// Of a brake, and of trains with states of their own, with pieces of dense output between the samples.
+/// A brake and a system in the general form, whose states differ, with pieces of dense output between the samples.
 #[test]
 fn results_kept_rows_make_the_same_file() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -58,8 +57,8 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
         assert_eq!(kept.end.run.status, Status::Complete);
         kept.end.write(&kept_file, Overwrite::OwnResults, &view(&kept.rows))?;
         recorded(&case, &recorded_file)?;
-        // What may differ are texts of one length: the second of the start in /meta and `history`, the wall time, and the
-        // checksum of the attributes that have them.
+        // Only texts of constant length may differ: the second of the start in /meta and `history`, the wall time,
+        // and the checksum of the attributes that contain them.
         let differing = differences(&kept_file, &recorded_file)?;
         assert!(differing <= 64, "{name}: {differing} bytes differ");
         assert!(stickslip::results::check(&kept_file)?.problems.is_empty());
@@ -67,7 +66,7 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
     Ok(())
 }
 
-/// Who shows /events as the file has it, with the column of the witness after those that were recorded, writes the same file.
+/// If /events is viewed with the column of the witness after the recorded ones, as in the file, that file is written.
 #[test]
 fn results_the_column_of_a_witness_is_written_once() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -85,7 +84,7 @@ fn results_the_column_of_a_witness_is_written_once() -> Outcome {
     Ok(())
 }
 
-/// Each column in the type that it has in memory, and the attributes of /stick_slip.
+/// Each column has the type that it has in memory. The attributes of /stick_slip are the same, too.
 #[test]
 fn results_typed_columns_are_those_of_memory() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -134,7 +133,7 @@ fn captured(arguments: &[&str]) -> (Said, Result<CommandEnd, CommandError>) {
     capture(arguments.iter().map(OsString::from), Arc::default())
 }
 
-/// Report and document of one call, nothing on the streams of the process.
+/// One call gives report and document, and writes nothing to the streams of the process.
 #[test]
 fn cli_a_captured_command_gives_report_and_document() -> Outcome {
     let (modes, end) = captured(&["modes", "paper"]);

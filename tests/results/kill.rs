@@ -10,7 +10,7 @@ use stickslip::results::{Overwrite, ResultError, ResultFile, ResultWriter, Statu
 
 const TARGET: &str = "STICKSLIP_TEST_TARGET";
 
-/// Not a test: the run that the tests below kill. It writes without end.
+/// Not a test, but the run that the tests below kill. It never stops writing.
 #[test]
 #[ignore = "run as another process by the tests of this file"]
 fn child_that_never_finishes() {
@@ -28,7 +28,7 @@ fn start_child(target: &Path) -> Child {
         .unwrap()
 }
 
-/// Waits until the partial file holds some rows, and returns how many.
+/// Waits until the partial file contains some rows, and returns their number.
 fn wait_for_rows(partial: &Path) -> usize {
     let deadline = Instant::now() + Duration::from_secs(60);
     loop {
@@ -53,7 +53,7 @@ fn interrupted_killed_run_leaves_a_readable_file_that_the_next_run_replaces() {
         }
         let mut child = start_child(&target);
         wait_for_rows(&partial);
-        // At no particular moment of the next blocks.
+        // At arbitrary moments of the next blocks.
         std::thread::sleep(Duration::from_micros(round * 7919 % 600_000));
         child.kill().unwrap();
         child.wait().unwrap();
@@ -83,7 +83,7 @@ fn interrupted_killed_run_leaves_a_readable_file_that_the_next_run_replaces() {
             unreadable += 1;
         }
     }
-    // A flush takes half a millisecond and is not atomic: of a hundred kills while blocks are written without a pause, one
-    // comes in its midst.
+    // A flush takes half a millisecond and is not atomic. While blocks are written without a pause, about one of a
+    // hundred kills comes during a flush.
     assert!(unreadable <= 1 + rounds / 50, "{unreadable} of {rounds}");
 }

@@ -1,4 +1,4 @@
-//! The result file, and the page that is made of it.
+//! The result file, and the page that shows it.
 
 mod format;
 mod kept;

@@ -1,4 +1,4 @@
-//! Chunks that are packed outside of HDF5.
+//! Chunks that are packed outside HDF5.
 
 use crate::common::results::{header, sample, stick_slip};
 use proptest::prelude::*;
@@ -6,7 +6,7 @@ use stickslip::record::{Recorder, Sample};
 use stickslip::results::packed::fletcher32;
 use stickslip::results::{Overwrite, ResultWriter, Status};
 
-/// The sum as HDF5's documentation states it, word by word.
+/// The checksum as defined in HDF5's documentation, word by word.
 fn by_words(bytes: &[u8]) -> u32 {
     let (mut first, mut second) = (0_u32, 0_u32);
     for pair in bytes.chunks(2) {
@@ -33,7 +33,7 @@ fn property_sums_of_long_and_of_full_words() {
     }
 }
 
-/// HDF5 itself undoes what is packed. A chunk that was not full when the file was saved is written again.
+/// HDF5 itself unpacks the chunks. A chunk that was not full when the file was saved is written again.
 #[test]
 fn property_chunks_are_read_by_the_library() {
     let folder = tempfile::tempdir().unwrap();

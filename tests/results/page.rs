@@ -1,4 +1,4 @@
-//! The interactive page holds what the result file holds: its arrays, decoded, against the file's columns.
+//! The interactive page contains the data of the result file: its decoded arrays against the file's columns.
 
 use crate::common::cases::parsed;
 use crate::common::cli::says;
@@ -24,7 +24,6 @@ fn page_of(path: &Path) -> (ResultFile, page::RunPage, Page) {
     (file, made, Page::read(&target))
 }
 
-/// A run of the built-in case into a file, as far as its trajectory and events go.
 fn run(folder: &TempDir, overrides: &[&str]) -> PathBuf {
     let source = CaseSource::built_in("paper").unwrap();
     let overrides = parsed(overrides);
@@ -49,7 +48,7 @@ fn most(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NAN, f64::max)
 }
 
-/// Every entry of the page against the rows of the file that it stands for; returns which rows are kept as they are.
+/// Compares every entry of the page with the rows of the file for which it stands. Returns which rows are unchanged.
 fn assert_holds(file: &ResultFile, page: &Page) -> Vec<bool> {
     let rows = file.sample_count().unwrap();
     let times = file.column("time", 0..rows).unwrap();
@@ -90,7 +89,7 @@ fn results_a_run_that_fits_is_there_sample_by_sample() {
     assert!(assert_holds(&file, &page).iter().all(|kept| *kept));
     let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
     assert_eq!(bits(page.times()), bits(file.column("time", 0..9_000).unwrap()));
-    // Of the odd values in the made-up run: what is no number, and what is infinite, stays so.
+    // NaN and infinite values of the made-up run are stored unchanged.
     assert!(page.channel("z").0[3].is_nan());
     assert_eq!(page.channel("normal_force").0[5], f64::INFINITY);
 }
@@ -124,8 +123,8 @@ fn results_events_are_exact() {
     assert_eq!(shown["states"].as_array().unwrap().len(), 9);
 }
 
-/// Stick has a relative velocity of exactly 0, and within a cycle energies change by millionths of themselves: both
-/// survive the encoding.
+/// In stick the relative velocity is exactly 0, and within a cycle energies change by millionths of their values.
+/// Both are visible after the encoding.
 #[test]
 fn results_stick_and_energies_keep_their_digits() {
     let folder = tempfile::tempdir().unwrap();
@@ -143,7 +142,7 @@ fn results_stick_and_energies_keep_their_digits() {
     );
     let times = page.times();
     for row in (0..rows).filter(|&row| (6.9755..6.989).contains(&times[row])) {
-        // 128 samples are 320 us, in which friction takes some 4 mJ of the 11 kJ.
+        // 128 samples take 320 us, in which friction dissipates some 4 mJ of the 11 kJ.
         assert!(
             (lost[row] - stored[row]).abs() < 5e-9,
             "{} J at {} s",
@@ -151,11 +150,11 @@ fn results_stick_and_energies_keep_their_digits() {
             times[row]
         );
     }
-    // All of this in little more than half of the room.
+    // All of this takes little more than half of the available space.
     assert!(page.html.len() < SIZE_LIMIT * 3 / 5);
 }
 
-/// 113,000 samples: the stick-slip is kept as it is, and the extremes of the rest.
+/// 113,000 samples: those of the stick-slip are stored unchanged, and of the rest the extremes.
 #[test]
 fn results_a_long_run_keeps_extremes_and_the_samples_near_events() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,7 +164,7 @@ fn results_a_long_run_keeps_extremes_and_the_samples_near_events() {
         "{made:?}"
     );
     assert!(page.html.len() < SIZE_LIMIT);
-    // The room is used.
+    // The available space is used.
     assert!(page.html.len() > SIZE_LIMIT * 8 / 10, "{}", page.html.len());
     let kept = assert_holds(&file, &page);
     assert_eq!(kept.iter().filter(|kept| **kept).count(), made.samples_kept);
@@ -188,7 +187,7 @@ fn results_a_long_run_keeps_extremes_and_the_samples_near_events() {
     );
 }
 
-/// 3,000 events in 300,000 samples: more than there is room for, and the page says so.
+/// 3,000 events in 300,000 samples need more than the available space, and the page says so.
 #[test]
 fn results_more_events_than_fit_are_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -202,7 +201,7 @@ fn results_more_events_than_fit_are_counted() {
     assert!(notes.contains("of 3000 events"), "{notes}");
 }
 
-/// 6,000 events: listed are 5,000.
+/// Of 6,000 events 5,000 are listed.
 #[test]
 fn results_a_list_that_is_cut_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -219,7 +218,7 @@ fn results_a_list_that_is_cut_says_so() {
     assert!(page.run["notes"].to_string().contains("first 5000 of 6000 events"));
 }
 
-/// The torque at which the interface lets go is in no column of /events: T_f, which is r times the internal force.
+/// /events has no column for the torque at which the interface breaks away. It is T_f, r times the internal force.
 #[test]
 fn results_torques_of_a_brake_are_there_on_both_sides_of_events() {
     let folder = tempfile::tempdir().unwrap();
@@ -240,22 +239,24 @@ fn results_torques_of_a_brake_are_there_on_both_sides_of_events() {
     let mut sticks = 0;
     for (k, event) in events.iter().enumerate() {
         let held = event.internal_force * radius;
-        // Both are sums of the same products, in another order, of torques of up to 110 N m.
-        // A kick of both surfaces changes it, and the file has what it was before.
+        // Both are sums of the same products in another order, of torques up to 110 N m. A kick on both surfaces
+        // changes the torque, and the file has its value before the kick.
         if event.kind != EventKind::Kick {
             assert!((transmitted[k] - held).abs() < 1e-9, "{} for {held}", transmitted[k]);
         }
         if event.kind == EventKind::Stick {
             sticks += 1;
             assert_eq!(friction[k], transmitted[k]);
-            // Sliding ends at mu_s r F_n = 0.6 x 0.0523875 m x 2224.1 N = 69.9 N m, whose F_n still rings at 1e-4 of itself.
+            // Sliding ends at mu_s r F_n = 0.6 x 0.0523875 m x 2224.1 N = 69.9 N m. F_n still rings by 1e-4 of
+            // itself.
             assert!((before[k] - 69.91).abs() < 0.02, "{}", before[k]);
         }
     }
     assert!(sticks > 40);
 }
 
-/// 15 samples for 94 stretches: they are named, with the command that mends it; the case as it is has enough.
+/// With 15 samples for 94 stretches, the stretches are named, with a command that helps. The case as it is has
+/// enough.
 #[test]
 fn results_stretches_with_too_few_samples_are_marked() {
     let folder = tempfile::tempdir().unwrap();
@@ -270,7 +271,7 @@ fn results_stretches_with_too_few_samples_are_marked() {
     let (from, to) = (doubles(&page.run["sparse"]["from"]), doubles(&page.run["sparse"]["to"]));
     assert!(from.len() > 80 && from.len() == to.len(), "{}", from.len());
     assert!(from.iter().zip(&to).all(|(from, to)| from < to) && from.is_sorted());
-    // The first is that in which the oscillation grows, from the loss of stability on.
+    // The first one is the growth of the oscillation, from the loss of stability on.
     let events = file.events().unwrap();
     let of = |kind: EventKind| events.iter().find(|event| event.kind == kind).unwrap().time;
     assert!(from[0] >= of(EventKind::Destabilised) && to[0] == of(EventKind::Stick));
@@ -278,7 +279,7 @@ fn results_stretches_with_too_few_samples_are_marked() {
     says(remedy, &["stickslip run paper.h5", "output.window=[{from=6.9"]);
 }
 
-/// Two runs: the columns of both, their difference at the samples of the first, and which events stand for each other.
+/// The page of two runs has the columns of both, their difference at the first one's samples, and pairs of events.
 #[test]
 fn results_two_runs_are_on_one_page_with_their_difference() {
     let folder = tempfile::tempdir().unwrap();
@@ -306,7 +307,7 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
             .map(
                 |(k, shown)| match other_times.binary_search_by(|t| t.total_cmp(&times[k])) {
                     Ok(row) => ours[k] - theirs[row],
-                    // Between two samples of the second run it is on a line.
+                    // Between two samples of the second run the value is on a straight line.
                     Err(_) => *shown,
                 },
             )
@@ -325,7 +326,7 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
     for (k, m) in pairs.iter().map(indices) {
         assert_eq!(ours[k].kind, theirs[m].kind);
     }
-    // Every first stick has its partner, a fraction of a natural period later or earlier.
+    // Every first stick has a partner, which is earlier or later by a fraction of a natural period.
     let stick = |events: &[stickslip::record::Event]| events.iter().position(|e| e.kind == EventKind::Stick).unwrap();
     assert!(
         pairs
@@ -336,7 +337,8 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
     assert!(pairs.len() * 10 > ours.len() * 8, "{} of {}", pairs.len(), ours.len());
 }
 
-/// Each run that is short of samples has its own command; a run that has enough has none, which the page once called "null".
+/// Each run with too few samples has its own command. One with enough samples has none; the page once called it
+/// "null".
 #[test]
 fn results_a_second_run_with_too_few_samples_has_its_own_remedy() {
     let folder = tempfile::tempdir().unwrap();
@@ -391,7 +393,6 @@ fn results_the_paper_stands_beside_its_own_case_only() {
     assert_eq!(page_of(&changed).2.run["beside_paper"], false);
 }
 
-/// Texts of a case are texts on the page, whatever they look like.
 #[test]
 fn results_markup_in_texts_is_escaped() {
     let folder = tempfile::tempdir().unwrap();
@@ -423,7 +424,6 @@ fn results_markup_in_texts_is_escaped() {
     assert!(page.run["notice"].as_str().unwrap().contains(odd));
 }
 
-/// Nothing on the page is fetched from anywhere.
 #[test]
 fn results_the_page_stands_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -460,7 +460,7 @@ fn results_an_unfinished_file_shows_what_it_has() {
         notice.contains("not complete") && notice.contains("up to t = 0.5049 s"),
         "{notice}"
     );
-    // The last segment was never written: its mode is that of the samples.
+    // The last segment was never written, so that its mode is that of the samples.
     let last = *codes(&page.run["modes"]["code"]).last().unwrap();
     assert_eq!(last, crate::common::results::sample(5_049).mode.code());
 

@@ -1,4 +1,4 @@
-//! The interactive page of two trains holds what the result file holds, in the words and units of its motion.
+//! The interactive page of two trains contains the data of the result file, with the words and units of its motion.
 
 use crate::common::cases::parsed;
 use crate::common::unlocked;
@@ -12,7 +12,7 @@ use stickslip::plot::page::{self, SIZE_LIMIT};
 use stickslip::results::ResultFile;
 use tempfile::TempDir;
 
-/// A case of two trains whose contact opens: the normal force is negative for half of the time.
+/// A case of two trains whose contact opens, because the normal force is negative for half of the time.
 const OPENING: &str = r#"motion = "translation"
 
 [rotor]
@@ -52,7 +52,6 @@ fn source(name: &str) -> CaseSource {
     }
 }
 
-/// A run of a case into a file, and its page.
 fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (Case, ResultFile, Page) {
     let overrides = parsed(overrides);
     let case = Case::read(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
@@ -69,7 +68,7 @@ fn read(path: &Path) -> (ResultFile, Page) {
     (file, Page::read(&target))
 }
 
-/// Columns of a file's trajectory that its page leaves out: those that another one repeats, or that are zero throughout.
+/// Columns of a file's trajectory that its page omits, because another column repeats them or they are always zero.
 const LEFT_OUT: [&str; 9] = [
     "time",
     "mode",
@@ -123,7 +122,7 @@ fn results_page_of_trains_has_every_channel() {
         assert!(states.len() > 5);
         for state in states {
             let name = state["name"].as_str().unwrap();
-            // By the equations, for the states that the file has.
+            // Computed with the equations, from the states in the file.
             if ["normal_force", "friction_torque", "transmitted_torque"].contains(&name) || name.starts_with("energy_")
             {
                 assert_eq!(doubles(&state["before"]).len(), file.events().unwrap().len(), "{name}");
@@ -151,7 +150,7 @@ fn results_page_of_trains_has_every_channel() {
     }
 }
 
-/// The table says what `run` says, with the digits that are known.
+/// The table contains the numbers that `run` prints, with the digits that are known.
 #[test]
 fn results_page_of_trains_says_what_the_run_comes_to() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,8 +168,8 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let said: Vec<(&str, &str)> = said.iter().map(|row| (row.name, row.value.as_str())).collect();
     assert_eq!(shown, said);
     let value = |name: &str| shown.iter().find(|row| row.0 == name).unwrap().1;
-    // Published, of twelve digits: the period and the largest position. The period of `auto` is 8e-12 s long, so its last digit is
-    // rounded up.
+    // Published with twelve digits: the period and the largest position. The period of `auto` is 8e-12 s too long, so
+    // that its last digit is rounded up.
     assert_eq!(&value("period")[..13], "12.0010312948");
     assert!(
         value("position over a period").contains("1.133944676442 m (stator)"),
@@ -182,7 +181,7 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let cycles = &page.run["cycles"];
     let (sticks, slips) = (doubles(&cycles["stick_duration"]), doubles(&cycles["slip_duration"]));
     assert_eq!(sticks.len(), 7);
-    // Published: 7.705031769350 and 4.295999525480; a run is within 1e-9 s of the exact solution.
+    // Published: 7.705031769350 and 4.295999525480. A run is within 1e-9 s of the exact solution.
     assert!(sticks.iter().all(|d| (d - 7.705031769350).abs() < 1e-9), "{sticks:?}");
     assert!(slips.iter().all(|d| (d - 4.295999525480).abs() < 1e-9), "{slips:?}");
     for absent in ["Axial displacement", "T_r + T_s", "growth exponent"] {
@@ -192,7 +191,7 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     assert_eq!(page.run["beside_paper"], false);
 }
 
-/// Bristles have no stick: a bounce across the threshold is counted, and the table says so.
+/// With bristles there is no stick. A bounce across the threshold is counted, and the table says so.
 #[test]
 fn results_page_of_bristles_counts_falls_below_the_threshold() {
     let folder = tempfile::tempdir().unwrap();
@@ -204,17 +203,18 @@ fn results_page_of_bristles_counts_falls_below_the_threshold() {
             .map(|row| row["value"].as_str().unwrap())
     };
     assert_eq!(value("sticks in a period"), None);
-    // A stop of 3.43 s, and after it one bounce across the threshold.
+    // A stop of 3.43 s, followed by one bounce across the threshold.
     assert_eq!(value("falls below the threshold in a period"), Some("2"));
     assert!(value("counted as a stick").unwrap().contains("each fall"));
     assert!(page.run["breakaway_arm"].is_null());
 }
 
-/// The orbit is the last period, from samples and the states at events: it closes, and passes through these exactly.
+/// The orbit is the last period, from samples and the states at events. It is closed, and passes through these
+/// states.
 #[test]
 fn results_page_of_trains_shows_one_period() {
     let folder = tempfile::tempdir().unwrap();
-    // Far samples: some thirty in a period, none of them at an event.
+    // Sparse samples: some thirty in a period, none of them at an event.
     let (_, file, page) = page_of(&folder, "belt-leine", &["output.interval=0.4001", "output.around=none"]);
     let orbit = &page.run["orbit"];
     let period = orbit["period"].as_f64().unwrap();
@@ -228,11 +228,11 @@ fn results_page_of_trains_shows_one_period() {
         .iter()
         .flat_map(|line| doubles(&line["x"]).into_iter().zip(doubles(&line["y"])))
         .collect();
-    // The last breakaway and the last stop are on it, as the file has them.
+    // The last breakaway and the last stop are on the orbit, as in the file.
     let (x, v) = ("phi1_after", "relative_velocity_after");
     let (x, v) = (file.event_column(x).unwrap(), file.event_column(v).unwrap());
     for k in x.len() - 2..x.len() {
-        // To a cell of the portrait, a 900th of the range.
+        // To within a cell of the portrait, 1/900 of the range.
         assert!(
             points
                 .iter()
@@ -254,7 +254,8 @@ fn results_page_of_trains_shows_one_period() {
     assert!(page.run["orbit"]["period"].is_null());
 }
 
-/// 20,000 cycles in 200,000 samples: the page stays below its limit, says what it leaves out, and has the last period as it is.
+/// 20,000 cycles in 200,000 samples: the page stays below its limit, says what it omits, and has the last period
+/// unchanged.
 #[test]
 fn results_page_of_a_long_driven_run_is_bounded() {
     let folder = tempfile::tempdir().unwrap();
@@ -292,7 +293,7 @@ fn results_page_of_a_long_driven_run_is_bounded() {
         );
     }
     let (low, high) = page.channel("relative_velocity");
-    // Every extreme is there. Exact: v_max = v + sqrt(v^2 + (w D/k)^2) of this belt.
+    // Every extreme is there. Exact for this belt: v_max = v + sqrt(v^2 + (w D/k)^2).
     let all = file.column("relative_velocity", 0..rows).unwrap();
     let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let shown = low.iter().chain(&high).copied().fold(f64::NEG_INFINITY, f64::max);
@@ -322,7 +323,7 @@ fn results_page_of_a_file_without_later_attributes() {
     assert!(rows.iter().any(|row| row["name"] == "period"));
 }
 
-/// The words of a brake's page are where they were.
+/// The texts on a brake's page are unchanged.
 #[test]
 fn regression_page_of_a_brake_has_its_words() {
     let folder = tempfile::tempdir().unwrap();
@@ -339,7 +340,7 @@ fn regression_page_of_a_brake_has_its_words() {
     SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     let panels = page.run["panels"].as_array().unwrap();
-    // Title, curves as (channel, legend, colour, limit), and what the panel is at first.
+    // Title, curves as (channel, legend, colour, limit), and the initial state of the panel.
     let said = |number: usize| {
         let (panel, curves) = (&panels[number], panels[number]["curves"].as_array().unwrap());
         let curve = |curve: &serde_json::Value| {

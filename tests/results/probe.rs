@@ -1,4 +1,4 @@
-//! The probe of files without a seal: how the end of its process is told.
+//! The probe of files without a seal: messages about the end of its process.
 #![cfg(unix)]
 
 use std::ffi::OsString;
@@ -12,7 +12,7 @@ fn said_of(script: &str) -> String {
     verdict.map_or_else(|reason| reason.to_string(), |()| "sound".to_owned())
 }
 
-/// Every end of the process has its message, and only the file's own faults are blamed on it.
+/// Every end of the process has its message. Only the file's own faults are blamed on it.
 #[test]
 fn analytic_the_end_of_the_process_is_the_verdict() {
     for (script, words) in [
@@ -40,13 +40,13 @@ fn analytic_the_end_of_the_process_is_the_verdict() {
     assert!(matches!(missing, Err(Reason::NoReader(why)) if why.contains("did not start")));
 }
 
-/// A process that waits for ever is given up, and the file is not blamed.
+/// A process that waits for ever is abandoned, and the file is not blamed.
 #[cfg(target_os = "linux")]
 #[test]
 fn analytic_a_process_at_a_standstill_is_given_up() {
     let begun = Instant::now();
     let said = said_of("exec sleep 100");
     assert!(said.contains("neither computed nor read"), "{said}");
-    // Three times the standstill that is allowed.
+    // Three times the permitted standstill.
     assert!(begun.elapsed() < Duration::from_secs(18));
 }

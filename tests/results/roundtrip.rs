@@ -1,4 +1,4 @@
-//! What is written is what is read.
+//! Data that are written are read back unchanged.
 
 use crate::common::results::{Rows, bits, header, record, stick_slip, write};
 use stickslip::record::{Channels, Recorder, State};
@@ -13,7 +13,7 @@ fn read(file: &ResultFile) -> Rows {
     }
 }
 
-/// Over several chunks, with an unfinished one at the end.
+/// Over several chunks, the last of which is incomplete.
 #[test]
 fn roundtrip_rows_are_read_back_bit_by_bit() {
     let folder = tempfile::tempdir().unwrap();
@@ -48,7 +48,7 @@ fn roundtrip_header_and_stick_slip() {
     assert!(meta.contains(&("rtol".to_owned(), AttributeValue::Number(1e-10))));
     assert!(meta.contains(&("wall_time_s".to_owned(), AttributeValue::Number(0.25))));
     assert!(meta.contains(&("method".to_owned(), AttributeValue::Text("arkode".to_owned()))));
-    // Debug, as NaN is not equal to itself.
+    // Compared by Debug, because NaN is not equal to itself.
     assert_eq!(
         format!("{:?}", file.stick_slip().unwrap().unwrap()),
         format!("{:?}", stick_slip())
@@ -73,7 +73,7 @@ fn roundtrip_failed_run_keeps_its_rows_and_its_message() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(32))]
 
-    /// Any bit pattern of a double, payloads of NaN included, in any column.
+    /// Any bit pattern of a double in any column, including payloads of NaN.
     #[test]
     fn property_any_double_is_read_back_bit_by_bit(
         patterns in proptest::collection::vec(proptest::num::u64::ANY, 1..200),

@@ -1,4 +1,4 @@
-//! What a run may replace, and what it says when it may not.
+//! Files that a run may replace, and its messages otherwise.
 
 use crate::common::unlocked;
 use std::fs;
@@ -13,7 +13,7 @@ fn create(path: &Path, overwrite: Overwrite) -> Result<ResultWriter, ResultError
     ResultWriter::create(path, overwrite, &[], &header())
 }
 
-/// What was refused, and with which words. Every message names the file and a remedy.
+/// The words of a refusal. Every message names the file and a remedy.
 fn refused(result: Result<ResultWriter, ResultError>, path: &Path) -> String {
     let message = result.expect_err("to be refused").to_string();
     assert!(message.starts_with(&path.display().to_string()), "{message}");
@@ -33,7 +33,7 @@ fn atomic_name_appears_only_with_the_whole_file() {
     assert!(partial.exists() && !path.exists());
     writer.finish(Status::Complete, &stick_slip(), 1.0).unwrap();
     assert_eq!(ResultFile::open(&path).unwrap().status(), &Status::Complete);
-    // Nothing else is left, hidden or not.
+    // No other file is left, hidden or not.
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
@@ -62,7 +62,7 @@ fn interrupted_dropped_writer_leaves_all_rows() {
     assert_eq!(file.sample_count().unwrap(), 5000);
     assert!(file.stick_slip().unwrap().is_none());
     drop(file);
-    // And the next run replaces it.
+    // The next run replaces it.
     write(&path, 10);
     assert!(!partial_path(&path).exists());
 }
@@ -126,7 +126,7 @@ fn replaced_is_no_foreign_file_with_the_partial_name() {
     assert!(refused(create(&path, Overwrite::OwnResults), &partial_path(&path)).contains("--force"));
 }
 
-/// By whatever name: relative, through a link, or as the partial file.
+/// The input is recognised by any name: relative, through a link, or as the partial file.
 #[test]
 fn refused_input_as_output() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,14 +180,14 @@ fn refused_second_run_into_the_same_file() {
     let mut first = create(&path, Overwrite::OwnResults).unwrap();
     let message = refused(create(&path, Overwrite::Force), &partial_path(&path));
     assert!(message.contains("another run"), "{message}");
-    // And the first goes on undisturbed.
+    // The first run continues undisturbed.
     record(&mut first, 5000).unwrap();
     first.finish(Status::Complete, &stick_slip(), 1.0).unwrap();
     assert_eq!(ResultFile::open(&path).unwrap().sample_count().unwrap(), 5000);
     write(&path, 10);
 }
 
-/// As HDF5 itself locks what it writes.
+/// HDF5 itself locks a file that it writes.
 #[test]
 fn refused_target_that_another_program_writes() {
     let folder = tempfile::tempdir().unwrap();
@@ -218,7 +218,7 @@ fn open_says_what_a_file_is_not() {
 
     write(&path("good.h5"), 5000);
     let bytes = fs::read(path("good.h5")).unwrap();
-    // HDF5 does not need the last line, of 26 bytes.
+    // HDF5 does not need the last line, which has 26 bytes.
     for length in [bytes.len() - 27, bytes.len() / 2, 1000, 48, 9] {
         fs::write(path("short.h5"), &bytes[..length]).unwrap();
         let error = open("short.h5");
@@ -235,7 +235,6 @@ fn open_says_what_a_file_is_not() {
     assert!(open("newer.h5").to_string().contains("newer version"));
 }
 
-/// Groups and variables of later versions are no obstacle, and are listed.
 #[test]
 fn open_tolerates_additions() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,9 +1,9 @@
 //! What did it come to, which digits are true, what moves what, and what repeats?
 //!
-//! Each piece of work is made for a case, a study or a result, takes what differs from the default by methods, and computes nothing
-//! before `start`: [`SavedRun`] runs a case into a result file, [`Certify`] tells how many digits of a result are true, [`Sweep`] runs
-//! a study, [`cycle::find`] looks for a periodic motion, [`Continuation`](continuation::Continuation) follows branches, and
-//! [`calibrate`](calibrate::calibrate) finds parameters.
+//! A builder is made for a case, a study or a result. Its methods change the defaults, and `start` computes it:
+//! [`SavedRun`] runs a case into a result file, [`Certify`] tells how many digits of a result are true, [`Sweep`] runs
+//! a study, and [`Continuation`](continuation::Continuation) follows branches. Two functions complete them:
+//! [`cycle::find`] looks for a periodic motion, and [`calibrate`](calibrate::calibrate) finds parameters.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -13,11 +13,11 @@
 //! | [`sweep`] | many runs: studies over axes, critical curves, shards |
 //! | [`calibrate`](mod@calibrate) | parameters that reproduce measured numbers |
 //! | [`study`] | the reader of study files |
-//! | [`provenance`] | what a file says of the program, the machine and the command that made it |
+//!  [`provenance`] | statements of a file about the program, the machine and the command |
 //!
-//! The crate draws and prints nothing, and does not read results of other solvers (`stickslip-compare` does).
+//! The crate draws and prints nothing. It does not read results of other solvers; `stickslip-compare` does.
 //!
-//! A run of a block under a harmonic force, certified. The oracle has the last word: it has more digits than a double.
+//! A certified run of a block under a harmonic force. The oracle decides, because it has more digits than a double.
 //!
 //! ```
 //! use stickslip_analysis::Certify;

@@ -9,7 +9,7 @@ use stickslip_system::quote::in_shell;
 
 static COMMIT: OnceLock<&str> = OnceLock::new();
 
-/// Sets the program's commit for files. The first call counts; the default is `unknown`.
+/// Sets the program's commit for files. Only the first call counts; the default is `unknown`.
 pub fn set_commit(commit: &'static str) {
     COMMIT.get_or_init(|| commit);
 }
@@ -58,7 +58,7 @@ pub fn command_line() -> String {
         .join(" ")
 }
 
-/// Current time as ISO 8601 in UTC, to the second.
+/// Current time in UTC as ISO 8601, to the second.
 pub fn now() -> String {
     humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string()
 }
@@ -69,7 +69,7 @@ fn named<const N: usize, T: Into<AttributeValue>>(attributes: [(&str, T); N]) ->
     attributes.map(|(name, value)| (name.to_owned(), value.into())).into()
 }
 
-/// Attribute value: `located`, or `end-of-step` if nothing looks inside a step.
+/// `end-of-step` if the method does not look inside a step.
 fn event_location(method: Method) -> &'static str {
     if method.locates_events() {
         "located"
@@ -88,7 +88,7 @@ fn events(method: Method) -> Attributes {
     named([("event_location", event_location(method)), ("comment", comment)])
 }
 
-/// Attributes of /meta on program and machine: all that a sweep file has, to be the same in every sweep of a study.
+/// Attributes of /meta on program and machine. A sweep file has no others, so it is the same in every sweep.
 pub(crate) fn build() -> Attributes {
     named([
         ("program_version", env!("CARGO_PKG_VERSION")),
@@ -165,7 +165,7 @@ pub fn header(case: &Case) -> Header {
     }
 }
 
-/// Header of a repetition with other settings: title and text stay those of `first`.
+/// Header of a repetition with other settings. Title and text stay those of `first`.
 pub fn header_of_repetition(first: &Header, case: &Case) -> Header {
     Header {
         title: first.title.clone(),

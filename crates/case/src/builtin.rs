@@ -1,4 +1,4 @@
-//! The cases that come with the program: the files of `data/cases`.
+//! Cases that come with the program: the files of `data/cases`.
 
 use super::{CaseError, suggest};
 use stickslip_system::quote::shown;
@@ -15,7 +15,7 @@ pub struct BuiltIn {
 /// The case that is run if none is named.
 pub const DEFAULT: &str = "paper";
 
-/// A list of [`BuiltIn`](crate::builtin::BuiltIn) texts from a folder of `data`.
+/// Makes a list of [`BuiltIn`](crate::builtin::BuiltIn) texts from a folder of `data`.
 #[macro_export]
 macro_rules! built_in {
     ($folder:literal: $($name:literal),* $(,)?) => {
@@ -26,7 +26,7 @@ macro_rules! built_in {
     };
 }
 
-/// Every built-in case in the short form; the default first.
+/// Every built-in case in the short form, the default first.
 pub const CASES: &[BuiltIn] = built_in!["cases": "paper", "paper-si", "unperturbed", "release"];
 
 /// Every built-in case in the general form.
@@ -51,10 +51,10 @@ pub fn all() -> Vec<BuiltIn> {
     [CASES, TRAINS].concat()
 }
 
-/// Finds a built-in file by name. `kind` ("case", "study") is for the message.
+/// Finds a built-in file by its name. `kind` ("case", "study") is a noun for the message.
 ///
 /// # Errors
-/// No such name; the message lists the known ones.
+/// There is no such name; the message lists the known ones.
 pub fn find(kind: &str, among: &[BuiltIn], name: &str) -> Result<BuiltIn, CaseError> {
     let names: Vec<&str> = among.iter().map(|one| one.name).collect();
     among.iter().find(|one| one.name == name).copied().ok_or_else(|| {

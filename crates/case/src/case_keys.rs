@@ -1,4 +1,4 @@
-//! The keys that the cases of a study have, and messages about unknown keys.
+//! Keys that the cases of a study have, and messages about unknown keys.
 
 use super::document::{self, CaseValue, PlacedValue};
 use super::schema::{self, KeyKind};
@@ -8,12 +8,12 @@ use super::{Case, CaseSource, Override, Words, suggest};
 use stickslip_system::quote::shown;
 use stickslip_system::signal::SIGNALS;
 
-/// The keys that the cases of a study have, with their lists and signals.
+/// The keys that the cases of a study have, including their lists and signals.
 #[derive(Debug)]
 pub struct CaseKeys {
     /// Names and units of the base case.
     pub words: Words,
-    /// The resolved case in the general form, with its lists and signals; `None` if the case cannot be read.
+    /// The resolved case in the general form, whose lists and signals decide on indices; `None` if it cannot be read.
     resolved: Option<PlacedValue>,
 }
 
@@ -24,7 +24,7 @@ impl CaseKeys {
         resolved: None,
     };
 
-    /// Keys of a base case with a study's settings. The base case alone decides the form.
+    /// The keys of a base case with the settings of a study. The base case alone decides the form.
     pub fn of(base: &CaseSource, settings: &[Override]) -> CaseKeys {
         if Words::of(base, &[]).short {
             return CaseKeys::SHORT;
@@ -37,13 +37,13 @@ impl CaseKeys {
         }
     }
 
-    /// The value that a path takes; `None` if no case of this form has such a key.
+    /// The type of value at a path; `None` if no case of this form has such a key.
     pub fn slot(&self, path: &str) -> Option<Slot> {
         Slot::at(path, self.words)
     }
 
-    /// Reason why this case has no value at a path that other cases of its form may have: an element beyond a list, a
-    /// list without an index, a part that its signal lacks.
+    /// Reason why this case has no value at a path that other cases of its form may have: an index beyond the list, a
+    /// list without an index, or a key that the case's signal lacks.
     pub fn misplaced(&self, path: &str) -> Option<String> {
         if !self.words.short && path == "motion" {
             return Some("what is kept of the runs has one unit: make one study for each motion".to_owned());
@@ -79,7 +79,7 @@ impl CaseKeys {
         })
     }
 
-    /// Whether a value at this path replaces everything at that place: a signal, or one in a sum.
+    /// Whether a value at this path replaces a whole signal, alone or as a term of a sum.
     pub fn is_whole(&self, path: &str) -> bool {
         schema::find(path, self.words.short).any(|(key, _, inner)| {
             let mut parts = inner.split('.').filter(|part| !part.is_empty());
@@ -109,7 +109,7 @@ impl CaseKeys {
     }
 }
 
-/// Message about a key of the other form only, with the name of the place in this form.
+/// Message about a key that only the other form has. It names the key's counterpart in this form.
 pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
     schema::find(path, !short)
         .next()
@@ -145,7 +145,7 @@ fn in_list(root: &PlacedValue, list: &str, index: &str) -> Option<String> {
     match index.parse::<usize>() {
         Ok(index) if index < count => None,
         Ok(_) => Some(format!("there is no {list}.{index}: {elements}")),
-        // A number may replace a list of one.
+        // A number may replace a list with one element.
         Err(_) if count == 1 => None,
         Err(_) => Some(format!("{list} is a list, and an axis varies one number: {elements}")),
     }

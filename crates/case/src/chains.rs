@@ -1,4 +1,4 @@
-//! The two chains of the general form, and their state at t = 0: lists with a number for each part.
+//! The two chains of the general form and their state at t = 0: lists with a number for each body.
 
 use super::document::{CaseValue, PlacedValue};
 use super::place::Content;
@@ -28,7 +28,7 @@ impl Reader {
                 return false;
             }
             Some(CaseValue::Table(_)) => {}
-            // check_names reports it.
+            // `check_names` reports it.
             Some(_) => return false,
         }
         let end = match self.has(&path("end")) {
@@ -174,7 +174,7 @@ impl Reader {
         }
     }
 
-    /// Reads a list that must have `count` elements; `why` explains the count. Missing elements take `default`.
+    /// Reads a list that must have `count` elements; `why` explains the count. Missing elements are `default`.
     fn counted(&mut self, case: &mut Case, path: &str, count: usize, why: &str, default: f64) {
         let Some((key, ..)) = schema::find(path, false).next() else {
             return;
@@ -196,8 +196,8 @@ impl Reader {
         }
     }
 
-    /// The list at a path. Elements that were not set in a list set element by element take `default`. `None` without a
-    /// list, or if an element is beyond it, which is reported.
+    /// The list at a path; `None` if there is none, or if an index beyond it is set, which is reported. In a list
+    /// that is set element by element, missing elements are `default`.
     fn whole_list(&mut self, path: &str, count: usize, default: f64) -> Option<PlacedValue> {
         let node = self.root.at(path)?;
         let CaseValue::Table(entries) = &node.value else {

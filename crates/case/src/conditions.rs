@@ -1,4 +1,4 @@
-//! The conditions between the values of a case.
+//! Conditions that several values of a case must satisfy together.
 
 use std::f64::consts::TAU;
 
@@ -13,17 +13,17 @@ use stickslip_system::model::system::{ContactLaw, End, KickSide, Pressing, Train
 use stickslip_system::model::{BreakawayTest, KickTime, Parameters};
 use stickslip_system::signal::{Ramp, Signal, Table};
 
-/// More samples are a typing error: a terabyte.
+/// A larger number of samples, a terabyte, is a typing error.
 const MOST_SAMPLES: f64 = 1e9;
 
-/// Shorter runs (s) are a typing error, and leave an integrator no room for a step.
+/// A shorter run (s) is a typing error, and leaves an integrator no room for a step.
 pub(super) const SHORTEST_RUN: f64 = 1e-12;
 
-/// Largest spacing of doubles at the end of the run, relative to the shortest period; beyond it, times within a period
-/// cannot be told apart.
+/// Largest spacing of doubles at the end of the run, relative to the shortest period. With a coarser clock, times
+/// within a period cannot be told apart.
 const COARSEST_CLOCK: f64 = 1e-4;
 
-/// Most dense samples per natural period; with more, neighbouring late times hardly differ.
+/// Largest number of dense samples per natural period. With more, late neighbouring times hardly differ.
 const MOST_PER_PERIOD: f64 = 1e5;
 
 const FIXED_STEP: &str = "solver.fixed_step";
@@ -111,7 +111,7 @@ fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
-/// Checks a table of points in time: the path of the times, the times, and (path, noun, number) of the values.
+/// Checks a table over time: the path of the times, the times, and the path, noun and number of the values.
 pub(super) fn points(path: &str, time: &[f64], (value, values, count): (&str, &str, usize)) -> Vec<Violation> {
     let mut found = Vec::new();
     let times = time.len();
@@ -122,7 +122,7 @@ pub(super) fn points(path: &str, time: &[f64], (value, values, count): (&str, &s
         let message = format!("must be as long as {path}: {count} {values} for {times} times");
         found.push(Violation::new(value, &[path], message));
     }
-    // Two points of one time are a step.
+    // Two points at the same time are a step.
     let is_third = |index: usize| index > 1 && time[index] == time[index - 2];
     if let Some(index) = (1..times).find(|&index| time[index] < time[index - 1] || is_third(index)) {
         let [before, here] = [index - 1, index].map(|index| format!("{path}.{index}"));
@@ -138,7 +138,7 @@ pub(super) fn points(path: &str, time: &[f64], (value, values, count): (&str, &s
     found
 }
 
-/// A fixed step needs an explicit method without another step bound, and must be stable.
+/// A fixed step needs an explicit method without another bound on the step, and must be stable.
 fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let Some(step) = case.solver.fixed_step else { return };
     let method = case.solver.method;
@@ -158,7 +158,7 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
         let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
         complain(FIXED_STEP, &[], message);
     }
-    // The stability bound is known for two equal disks only.
+    // The stability bound is known only for two disks of the short form.
     let Some(Parameters { torsion, .. }) = Parameters::of(&case.system).filter(|_| case.words.short) else {
         return;
     };
@@ -185,7 +185,7 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
-/// The paper's procedure is for its own disks, and has a single tolerance, rtol.
+/// The paper's procedure is limited to its own disks, and has rtol as its only tolerance.
 fn paper(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let solver = &case.solver;
     if solver.method != Method::Paper {
@@ -249,7 +249,7 @@ fn output(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
-/// Something must move, and the law must be given at the relative velocity at t = 0.
+/// Something must move, and the law must be defined at the relative velocity at t = 0.
 fn start(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let system = &case.system;
     if system.rotor.is_rigid() && system.stator.is_rigid() {
@@ -291,7 +291,6 @@ fn start(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     complain(path, with, message);
 }
 
-/// A one-sided breakaway test needs a surface with an inertia, and stick.
 fn one_sided_test(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let (name, train) = match case.system.breakaway_test {
         BreakawayTest::Transmitted => return,
@@ -311,7 +310,7 @@ fn one_sided_test(case: &Case, complain: &mut impl FnMut(&str, &[&str], String))
     complain("contact.breakaway_test", &[], message);
 }
 
-/// Each kick must have a time that comes, and a surface that it moves.
+/// Each kick must fall into the run, and act on a surface that it can move.
 fn kicks(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     for (index, kick) in case.system.kicks.iter().enumerate() {
         if kick.time == KickTime::Instability
@@ -333,7 +332,6 @@ fn kicks(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
-/// Times at the end of the run must be distinct doubles within the shortest period.
 fn clock(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let end_time = case.output.end_time;
     let clock = f64::EPSILON * end_time;
@@ -363,7 +361,7 @@ fn clock(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
-/// Upper bound of a train's angular frequencies, rad/s: twice the stiffness of both shafts of an inertia.
+/// Upper bound of the angular frequencies of a train, rad/s, from twice the stiffness of both shafts at a body.
 fn fastest(train: &Train) -> f64 {
     let shaft = |index: Option<usize>| {
         index

@@ -36,7 +36,6 @@ impl Reader {
         }
     }
 
-    /// The friction radius, given or from the diameters; 1 in translation.
     pub(super) fn radius(&mut self, case: &mut Case) {
         const DIAMETERS: [&str; 3] = ["contact.outer_diameter", "contact.inner_diameter", "contact.wear"];
         let given = DIAMETERS.into_iter().find(|path| self.has(path));
@@ -88,7 +87,7 @@ impl Reader {
     }
 
     fn radius_twice(&mut self, diameter: &str) {
-        // If only one of the two is an override, the message asks to change that one.
+        // If only one of the two keys is an override, the message asks to change the override.
         let (overridden, path, other) = match (self.is_overridden(RADIUS), self.is_overridden(diameter)) {
             (false, true) => (true, diameter, RADIUS),
             (overridden, _) => (overridden, RADIUS, diameter),
@@ -107,7 +106,6 @@ impl Reader {
         );
     }
 
-    /// A value that is only used to compute another one.
     fn source(&mut self, path: &str) -> Option<Setting> {
         let key = schema::key_of(path)?;
         let read = match self.root.at(path) {
@@ -126,7 +124,7 @@ impl Reader {
             let message = "a contact with bristles is smooth already: remove regularisation, or change friction.law";
             return self.report(REGULARISATION, message);
         }
-        // check_names has reported any other value.
+        // `check_names` has reported any other value.
         if matches!(
             self.root.at(REGULARISATION).map(|node| &node.value),
             Some(CaseValue::Table(_))
@@ -147,11 +145,10 @@ impl Reader {
         case.system.contact == ContactLaw::StickSlip && (self.words.short || !self.has(REGULARISATION))
     }
 
-    /// Default of the speed below which a contact without stick counts as stuck.
     pub(super) fn threshold(&mut self, case: &mut Case) {
         const PATH: &str = "friction.threshold";
         let default = match &case.system.contact {
-            // Not for a law whose name is misspelt.
+            // The name of the law is misspelt, so that its default would be wrong.
             ContactLaw::StickSlip if self.is_reported("friction.law") => return,
             ContactLaw::StickSlip if !self.words.short && self.has(PATH) => {
                 let message = "belongs to a contact without stick, a regularised one or one with bristles: a stick of this one \

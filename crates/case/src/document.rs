@@ -1,4 +1,4 @@
-//! The case file as a tree of values, each with its place: a line of the file, or an override.
+//! The case file as a tree of values. Each value knows its place: a line of the file, or an override.
 
 use stickslip_system::quote::{quoted, shown};
 use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
@@ -16,7 +16,7 @@ pub enum TextPlace {
 }
 
 impl TextPlace {
-    /// Sort key: the order of the file, then the overrides.
+    /// Sort key: first the lines of the file, then the overrides.
     pub fn rank(&self) -> usize {
         match self {
             TextPlace::Line(line) => *line,
@@ -24,7 +24,7 @@ impl TextPlace {
         }
     }
 
-    /// `paper.toml:12` or `--set torsion.damping`.
+    /// The place in words: `paper.toml:12` or `--set torsion.damping`.
     pub fn show(&self, label: &str) -> String {
         match self {
             TextPlace::Line(line) => format!("{label}:{line}"),
@@ -38,7 +38,7 @@ impl TextPlace {
 pub struct PlacedValue {
     /// The value.
     pub value: CaseValue,
-    /// Line of the file, or the override that set it.
+    /// Line of the file, or the override that set the value.
     pub place: TextPlace,
 }
 
@@ -75,7 +75,7 @@ impl CaseValue {
         }
     }
 
-    /// TOML on one line. A date, which no key takes, becomes an empty text.
+    /// The value as TOML on one line. A date, which no key takes, becomes an empty text.
     fn toml(&self) -> String {
         let text = |text: &str| TomlValue::from(text).to_string();
         match self {
@@ -128,7 +128,7 @@ impl PlacedValue {
     }
 }
 
-/// Reads TOML text; `label` names it in errors.
+/// Reads TOML text. `label` names the text in errors.
 pub fn read(text: &str, label: &str) -> Result<PlacedValue, CaseError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
@@ -136,7 +136,7 @@ pub fn read(text: &str, label: &str) -> Result<PlacedValue, CaseError> {
     let document = Document::parse(text).map_err(|error| {
         let at = error.span().map_or(1, |span| line(span.start));
         let mut message = error.message().lines().collect::<Vec<_>>().join(", ");
-        // The parser quotes the offending text, except for a key.
+        // The parser quotes the offending text, but not a duplicate key.
         if message == "duplicate key" {
             let key = error.span().and_then(|span| text.get(span)).unwrap_or_default();
             message = format!("{message} {}", shown(key));
@@ -200,10 +200,9 @@ fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> PlacedValue {
     }
 }
 
-/// A value set from outside the file, by the dotted path of its key.
+/// A value set from outside the file, at the dotted path of its key.
 #[derive(Clone)]
 pub struct Override {
-    /// Dotted path, with `.0` for `[0]`.
     path: String,
     value: CaseValue,
     origin: Option<TextPlace>,
@@ -224,7 +223,7 @@ impl Override {
     /// not valid TOML, text: `200 lbf in s/rad`, `cvode-bdf`.
     ///
     /// # Errors
-    /// No `=`, or no key. [`super::Case::read`] finds whether key and value fit.
+    /// There is no `=`, or no key. [`super::Case::read`] checks whether key and value fit.
     pub fn parse(text: &str) -> Result<Override, CaseError> {
         let wrong = |message: String| Err(CaseError::one(format!("--set {text}"), "", message));
         let Some((key, value)) = text.split_once('=') else {
@@ -240,7 +239,7 @@ impl Override {
         Ok(Override::value(&path, override_value(value.trim(), &path)))
     }
 
-    /// `KEY=VALUE` as `--set` takes it, the value in TOML.
+    /// The text `KEY=VALUE` that `--set` takes, with the value in TOML.
     pub fn argument(&self) -> String {
         format!("{}={}", self.path, self.value.toml())
     }
@@ -258,23 +257,23 @@ impl Override {
         }
     }
 
-    /// Sets a number, SI.
+    /// Sets a number, in SI.
     pub fn number(path: &str, value: f64) -> Override {
         Override::value(path, CaseValue::Float(value))
     }
 
-    /// The override with `place` as its origin.
+    /// Returns the override with `place` as its origin.
     pub fn at(self, place: TextPlace) -> Override {
         let origin = Some(place);
         Override { origin, ..self }
     }
 
-    /// Place where it was written, if that is a study.
+    /// The place where it was written, if a study contains it.
     pub fn origin(&self) -> Option<&TextPlace> {
         self.origin.as_ref()
     }
 
-    /// Sets the value of a study's node.
+    /// Sets the value of a node in a study.
     pub fn of_node(path: &str, node: &PlacedValue) -> Override {
         let origin = Some(node.place.clone());
         let mut node = node.clone();
@@ -291,7 +290,7 @@ fn override_value(text: &str, path: &str) -> CaseValue {
         let place = |_| TextPlace::Override(path.to_owned());
         return from_value(&value, 0, &place).value;
     }
-    // Numbers that TOML rejects: .5, 5., 007.
+    // TOML rejects these numbers: .5, 5., 007.
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => CaseValue::Float(number),
         _ => CaseValue::Text(text.to_owned()),
@@ -320,7 +319,7 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
     for segment in change.path.split('.') {
         let here = walked.join(".");
         let of_list = schema::is_list(&here);
-        // A number may replace a list of one.
+        // A number may replace a list with one element.
         if of_list
             && matches!(
                 node.value,
@@ -329,8 +328,8 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
         {
             node.value = CaseValue::Array(vec![node.clone()]);
         }
-        // Element 0 of a missing array creates the array. A chain's list has a length that the chain decides, so its
-        // elements stay in a table until the case is read.
+        // Element 0 of a missing array creates the array. The length of a chain's list follows from the chain, so
+        // that its elements stay in a table until the case is read.
         if segment == "0" && !of_list && matches!(&node.value, CaseValue::Table(entries) if entries.is_empty()) {
             node.value = CaseValue::Array(Vec::new());
         }

@@ -1,15 +1,15 @@
-//! What is wrong with a case, and where.
+//! Problems of a case, each with its place.
 
 use std::fmt;
 use stickslip_system::quote::shown;
 
-/// Everything found wrong with a case file, its overrides or a value set in a case.
+/// All problems found in a case file, in its overrides, or in a value set in a case.
 ///
-/// Displayed as one line for each problem: `paper.toml:12: torsion.damping: what is wrong; what to do`.
+/// It is displayed with one line for each problem: `paper.toml:12: torsion.damping: what is wrong; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct CaseError {
-    /// At least one, in the order of the file.
+    /// The problems, at least one, in the order of the file.
     pub problems: Vec<CaseProblem>,
 }
 
@@ -20,7 +20,7 @@ pub struct CaseProblem {
     pub place: String,
     /// Dotted path of the key; empty if the problem has none.
     pub key: String,
-    /// What is wrong and what to do.
+    /// The defect and its remedy.
     pub message: String,
 }
 
@@ -30,9 +30,9 @@ impl fmt::Display for CaseProblem {
         let set = self.place.strip_prefix("--set ");
         let place = set.map_or_else(|| self.place.clone(), |set| format!("--set {}", shown(set)));
         match set {
-            // An override already names its key, or the table that holds it.
+            // An override names its own key already, or the table that contains the key.
             Some(set) if set == self.key || self.key.is_empty() => write!(f, "{place}: ")?,
-            // The message may concern another key, with whose value the override conflicts.
+            // The message may concern another key, whose value conflicts with the override.
             Some(set) if !self.key.starts_with(set) => {
                 let verb = if self.message.starts_with("missing") { "is " } else { "" };
                 write!(f, "{place}: then {key} {verb}")?;
@@ -48,7 +48,7 @@ impl fmt::Display for CaseProblem {
 }
 
 impl CaseError {
-    /// An error of one problem: its place (file and line), the key, and the message.
+    /// An error with a single problem: its place (file and line), key and message.
     pub fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
         CaseError {
             problems: vec![CaseProblem {

@@ -1,4 +1,4 @@
-//! The numbers of a case without rounding.
+//! The parameters of a case without rounding.
 
 use super::document::{CaseValue, PlacedValue};
 use super::error::CaseError;
@@ -16,7 +16,7 @@ use stickslip_system::model::system::{
 use stickslip_system::model::{Axial, ExactLaw, KickTime};
 use stickslip_system::signal::{Drive, HarmonicShape, Ramp, Signal, Table, Wave};
 
-/// The system of a case without rounding: decimals as written, units by their exact factors.
+/// The system of a case without rounding. Decimals are exact as written, and units have exact factors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactCase {
     /// The system.
@@ -106,7 +106,7 @@ impl ExactReader<'_> {
         })
     }
 
-    /// |omega_r| below which statistics count a stick: as written, or its default.
+    /// Sliding speed (rad/s) below which statistics count a stick: as written, or the default.
     fn threshold(&self) -> FoundExact<Option<BigRational>> {
         const PATH: &str = "friction.threshold";
         let ten = BigRational::from_integer(10.into());
@@ -122,8 +122,8 @@ impl ExactReader<'_> {
         self.number("friction.regularisation.speed", regularisation.speed)
     }
 
-    /// Parameters of the friction law, with defaults. For bristles it is the law of their limits: there the key
-    /// `viscous` is sigma_2, and no parameter of the law.
+    /// Parameters of the friction law, including defaults. With bristles this is the law of their limits: the key
+    /// `viscous` is then sigma_2, and no parameter of the law.
     fn law(&self, law: &FrictionLaw) -> FoundExact<ExactLaw> {
         let mut exact = ExactLaw {
             name: law.name(),
@@ -150,7 +150,7 @@ impl ExactReader<'_> {
         Ok(exact)
     }
 
-    /// r, given or from the diameters by equation (6) or (7); 1 in translation.
+    /// The friction radius r: as written, or from the diameters by equation (6) or (7); 1 in translation.
     fn radius(&self) -> FoundExact<BigRational> {
         let number = |path: &str| self.number(path, self.case.system.radius);
         if self.case.motion() == Motion::Translation || self.written.at("contact.radius").is_some() {
@@ -164,7 +164,7 @@ impl ExactReader<'_> {
         })
     }
 
-    /// The number at `path` of the general form as written, else from the double `default`.
+    /// The number at `path` of the general form as written, or `default` (exactly this double) if it is not written.
     fn number(&self, path: &str, default: f64) -> FoundExact<BigRational> {
         let dimension = numbers::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
         let value = match self
@@ -181,7 +181,8 @@ impl ExactReader<'_> {
         value.map_err(|message| CaseError::one("", path, message))
     }
 
-    /// Where the number of a path is written: there, at the key of the short form, or as a number for a list of one.
+    /// The path at which a number is written: `path` itself, its key in the short form, or the list that a number
+    /// replaces.
     fn place<'p>(&self, path: &'p str) -> Option<&'p str> {
         let mut same = schema::SAME.iter().filter(|_| self.case.words.short);
         let path = same.find(|same| same.1.contains(&path)).map_or(path, |same| same.0);
@@ -302,13 +303,13 @@ fn wave_at_start(wave: &Wave<BigRational>) -> BigRational {
     &wave.mean + &wave.amplitude * shape
 }
 
-/// Fractional bits of an irrational sine or cosine: more than the longest numbers of the oracle have (2048 bits), even
+/// Fractional bits of an irrational sine or cosine. The oracle's longest numbers have 2048 bits; this is enough even
 /// for a result of 1e-100.
 const BITS: u64 = 2400;
 
-/// Sine and cosine of an angle (rad), to 2^-[`BITS`]; exact for angle 0.
+/// Sine and cosine of an angle (rad), with an error up to 2^-[`BITS`]; exact for angle 0.
 fn sine_and_cosine(angle: &BigRational) -> (BigRational, BigRational) {
-    // Series for an angle below 2^-8, then repeated doubling, each of which costs two bits.
+    // A series for an angle below 2^-8, followed by repeated doubling. Each doubling costs two bits.
     let halvings = (angle.numer().bits() + 9).saturating_sub(angle.denom().bits());
     let bits = BITS + 2 * halvings + 32;
     let unit = BigInt::one() << bits;

@@ -1,22 +1,21 @@
-//! Reading files and streams from other programs, within size limits.
+//! Readers of files and streams from other programs, within size limits.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 use toml_edit::{Item, Value};
 
-/// Largest case, study or mapping, bytes. Its tree of values takes a hundred times that.
+/// Largest size of a case, study or mapping, bytes. Its tree of values takes a hundred times as much memory.
 pub(crate) const LARGEST_TEXT: u64 = 8 << 20;
 
 /// Longest line of a table, bytes.
 pub const LONGEST_LINE: usize = 16 << 20;
 
-/// The text of a small file. The inner error is the first line that is not UTF-8; `None` for a binary file.
+/// The text of a small file. The inner error is the first line that is not UTF-8, or `None` for a binary file.
 pub fn text(path: &Path) -> io::Result<Result<String, Option<usize>>> {
     text_of(File::open(path)?)
 }
 
-/// Like [`text`], from an open source.
 pub(crate) fn text_of(source: impl Read) -> io::Result<Result<String, Option<usize>>> {
     let mut bytes = Vec::new();
     source.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
@@ -64,14 +63,14 @@ pub fn json_of_value(value: &Value) -> serde_json::Value {
     }
 }
 
-/// A file read by lines. A line longer than [`LONGEST_LINE`] is an error, since a line is kept in memory.
+/// A file that is read by lines. A line is kept in memory, so that one longer than [`LONGEST_LINE`] is an error.
 pub struct Lines<R> {
     inner: R,
     since_end: usize,
 }
 
 impl<R: Read> Lines<R> {
-    /// Reads from `inner`.
+    /// Reads lines from `inner`.
     pub fn new(inner: R) -> Self {
         Lines { inner, since_end: 0 }
     }
@@ -92,15 +91,15 @@ impl<R: Read> Read for Lines<R> {
     }
 }
 
-/// A table read by rows. A row longer than [`LONGEST_LINE`] is an error, however many lines it has: an unclosed quote
-/// makes one row of the rest.
+/// A table that is read by rows. A row longer than [`LONGEST_LINE`] is an error, however many lines it has: an
+/// unclosed quote joins all following lines to one row.
 pub struct InputRows<R> {
     lines: Lines<R>,
     since_row: usize,
 }
 
 impl<R: Read> InputRows<R> {
-    /// Reads a table from `inner`.
+    /// Reads rows from `inner`.
     pub fn new(inner: R) -> Self {
         InputRows {
             lines: Lines::new(inner),
@@ -108,7 +107,7 @@ impl<R: Read> InputRows<R> {
         }
     }
 
-    /// Marks a row as taken: later input belongs to the next row, even if it is already buffered.
+    /// Marks a row as taken. Later input belongs to the next row, even if it is already buffered.
     pub fn taken(&mut self) {
         self.since_row = 0;
     }

@@ -1,23 +1,25 @@
-//! What does the text say? A case file is TOML with units, which is read into a system and the words for its places.
+//! What does the text say? A case file is TOML with units. The crate reads it into a system, and into names and units
+//! for the system's places.
 //!
-//! A [`CaseSource`] is text and where it is from; [`Case::read`] turns it, with overrides, into a valid [`Case`] in SI or into a
-//! [`CaseError`] that names every problem by file, line and key. A file has the short form, `[torsion]`, or the general one,
-//! `[rotor]` and `[stator]`: two lists of keys for one system. Only this crate knows which.
+//! A [`CaseSource`] is a text with its origin. [`Case::read`] applies overrides to it, and returns a valid [`Case`]
+//! in SI or a [`CaseError`] that names every problem by file, line and key. A file has the short form, `[torsion]`,
+//! or the general form, `[rotor]` and `[stator]`. Both describe the same system, and only this crate distinguishes
+//! them.
 //!
 //! | file | question |
 //! |---|---|
 //! | `source`, `builtin` | Where is the text from? |
-//! | `document` | What is the text? A tree of values with their lines, and overrides in it |
-//! | `schema` | Which keys are there? One row for each: path, form, default, kind, places of a case, description |
-//! | `place` | What stands at a place of a case, and how is it set and written? |
+//! | `document` | What is the text? A tree of values with their lines, and overrides applied to it |
+//! | `schema` | Which keys are there? One row for each: path, form, default, kind, places in a case, description |
+//! | `place` | What is the value at a place of a case, and how is it set and written? |
 //! | `quantity`, `motion` | What does a number measure, and in which unit? |
-//! | `value`, `signals` | What does one value say: a number, a word, a list, a signal? |
-//! | `reader` | What does the tree say? Every key by its row, and every problem |
-//! | `chains`, `contact` | The same where keys depend on each other: parts of a chain, radius, pressing, law |
-//! | `conditions` | Do the values go together? |
+//! | `value`, `signals` | What does one value mean: a number, a word, a list, a signal? |
+//! | `reader` | What does the tree mean? Reads every key by its row, and collects all problems |
+//! | `chains`, `contact` | What do keys mean that depend on each other: bodies of a chain, radius, normal force, law? |
+//! | `conditions` | Are the values consistent? |
 //! | `resolved` | The case as text in SI |
-//! | `numbers`, `written` | Which numbers has a case, with how many digits, and what is it with another one? |
-//! | `exact` | The system without rounding |
+//! | `numbers`, `written` | Which parameters has a case, with how many digits, and what is the case with another value? |
+//! | `exact` | What is the system without rounding? |
 //! | `setting`, `case_keys` | What may vary in a study? |
 //! | `words` | What are the names and units of the places of the system? |
 //! | `error` | What is wrong, and where? |
@@ -31,8 +33,8 @@
 //! # Ok::<(), stickslip_case::CaseError>(())
 //! ```
 //!
-//! A [`Case`] is what `stickslip_engine::Run` takes. The crate runs nothing, and reads neither study files (`stickslip-analysis` does)
-//! nor results.
+//! `stickslip_engine::Run` runs a [`Case`]. This crate runs nothing, and reads neither study files
+//! (`stickslip-analysis` does) nor results.
 
 pub mod builtin;
 pub mod quantity;
@@ -90,7 +92,7 @@ pub struct Case {
     pub system: System,
     /// Solver options.
     pub solver: SolverOptions,
-    /// Computed and recorded times.
+    /// Times to compute and to record.
     pub output: OutputOptions,
     /// Names and units of the system's places.
     pub words: Words,
@@ -99,7 +101,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Reads a case and applies the overrides in order.
+    /// Reads a case, after applying the overrides in order.
     ///
     /// # Errors
     /// All problems, each with its place, its key and a remedy.
@@ -107,28 +109,28 @@ impl Case {
         reader::read(source, overrides).map(|read| read.case)
     }
 
-    /// The system without rounding: decimals as written, units by their exact factors. A plain number is the shortest
-    /// decimal of its double, which equals the written number up to 15 digits. Defaults follow from exact values. The
-    /// speed of an inertia that turns with an end driven by a sine or cosine is irrational: it has an error up to
-    /// 2^-2400 of the amplitude.
+    /// The system without rounding: decimals are exact as written, and units have exact factors. A plain number is
+    /// the shortest decimal of its double, which equals the written number up to 15 digits. Defaults follow from
+    /// exact values. Only the speed of an inertia that turns with an end driven by a sine or cosine is irrational.
+    /// Its error is at most 2^-2400 of the amplitude.
     ///
     /// # Errors
-    /// See [`Case::read`].
+    /// Errors of [`Case::read`].
     pub fn exact(source: &CaseSource, overrides: &[Override]) -> Result<ExactCase, CaseError> {
         exact::read(&reader::read(source, overrides)?)
     }
 
-    /// The case as TOML with every number in SI, which reads back as the identical case. Diameters of the contact have
-    /// become the radius.
+    /// The case as TOML with every number in SI. Reading it gives the identical case. The radius replaces the
+    /// diameters of the contact.
     pub fn resolved(&self) -> String {
         resolved::write(self)
     }
 
-    /// The number at a dotted path of the resolved text, such as `torsion.damping` or `stator.speed.amplitude`, in the
+    /// The number at a dotted path of the resolved text, like `torsion.damping` or `stator.speed.amplitude`, in the
     /// unit of its key.
     ///
     /// # Errors
-    /// No number there: an unknown path, no such element, an option left to its default, a word.
+    /// The path has no number: it is unknown, an index beyond its list, an option left to its default, or a word.
     pub fn number(&self, path: &str) -> Result<f64, CaseError> {
         let root = document::read(&self.resolved(), &self.title)?;
         match root.at(path).map(|node| &node.value) {
@@ -138,7 +140,7 @@ impl Case {
         }
     }
 
-    /// The same case with `[rotor]` and `[stator]`.
+    /// The same case in the general form, with `[rotor]` and `[stator]`.
     #[must_use]
     pub fn in_general_form(&self) -> Case {
         Case {
@@ -151,8 +153,8 @@ impl Case {
         self.words.short && Parameters::of(&self.system).is_some()
     }
 
-    /// Defaults of the schema, and NaN for numbers without one. In the short form: a free rotor of surface and inertia
-    /// on one shaft, and a surface on a shaft to the ground.
+    /// A case with the defaults of the schema, and NaN for numbers without default. In the short form it has a free
+    /// rotor (the surface and an inertia on one shaft), and a surface on a shaft to the ground.
     fn blank(title: String, words: Words) -> Case {
         let [rotor, stator] = if words.short { [2, 1] } else { [0, 0] };
         let train = |inertias: usize, end: End| Train {
@@ -210,7 +212,7 @@ impl Case {
         }
     }
 
-    /// Removes all samples except those at the ends and at events.
+    /// Removes all samples except those at start, end and events.
     pub fn without_trajectory(&mut self) {
         self.output.interval = self.output.end_time;
         self.output.windows.clear();
@@ -218,22 +220,22 @@ impl Case {
         self.output.follow = Following::default();
     }
 
-    /// Whether sliding slows down by itself to a stop: nothing drives the only free train.
+    /// Whether sliding slows down to a stop by itself, because nothing drives the only free train.
     pub fn stops(&self) -> bool {
         twice_resistance(&self.system).is_some()
     }
 
-    /// Kind of coordinates.
+    /// Kind of coordinates: angles or positions.
     pub fn motion(&self) -> Motion {
         self.words.motion()
     }
 }
 
-/// The most similar known name, if one is close; case-insensitive.
+/// The most similar known name, ignoring case; `None` if no name is close.
 pub fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // With a lower similarity, suggestions for misspelt keys are more often wrong than right.
     const CLOSE: f64 = 0.8;
-    // No name is longer, and the cost of a comparison grows with the length.
+    // No name is longer, and a comparison costs more for a longer text.
     const LONGEST: usize = 100;
     if unknown.len() > LONGEST {
         return None;

@@ -2,7 +2,7 @@
 
 use super::quantity::Dimension;
 
-/// Kind of coordinates of a case.
+/// Kind of a case's coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Motion {
     /// Angles: radians, N m, kg m^2.
@@ -24,7 +24,7 @@ impl Motion {
         }
     }
 
-    /// The dimension in this motion that replaces a dimension of rotation.
+    /// The dimension that replaces `of_rotation` in this motion.
     pub fn dimension(self, of_rotation: Dimension) -> Dimension {
         use Dimension as D;
         match (self, of_rotation) {

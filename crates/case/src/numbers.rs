@@ -1,4 +1,4 @@
-//! The physical parameters of a case, by dotted path: the parameters of sensitivities and searches.
+//! The physical parameters of a case, by dotted path. Sensitivities and searches vary them.
 
 use super::document::{CaseValue, PlacedValue};
 use super::place::Content;
@@ -9,19 +9,19 @@ use super::{Case, Words, signals};
 /// A parameter of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseNumber {
-    /// Dotted path, such as `torsion.damping`, `rotor.inertia.1` or `contact.normal_force.amplitude`. Without an index
+    /// Dotted path, such as `torsion.damping`, `rotor.inertia.1` or `contact.normal_force.amplitude`. It has no index
     /// if one number replaces a list.
     pub path: String,
     /// SI unit, in the notation of the case file.
     pub unit: &'static str,
     /// Value in that unit.
     pub value: f64,
-    /// Half a unit of the last written digit, in that unit. Trailing zeros of a plain number do not count. `None` if
-    /// the written form is not known.
+    /// Half a unit of the last written digit, in the unit of the value. Trailing zeros of a plain number do not
+    /// count. `None` if the written form is unknown.
     pub half_last_digit: Option<f64>,
 }
 
-/// A longer list is a measured curve: its numbers are no parameters.
+/// A longer list is a measured curve, whose numbers are no parameters.
 const LONGEST_LIST: usize = 32;
 
 const TABLES: &[&str] = &[
@@ -36,8 +36,9 @@ const TABLES: &[&str] = &[
     "perturbation",
 ];
 
-/// Parameters without effect on events, or whole numbers. The ringing floor is a convention: it moves no event, but
-/// omits some. The first speed of a friction table is 0 by definition. The short form lists whole numbers too.
+/// Keys that are no parameters: they have no effect on events, or are whole numbers. The ringing floor is a
+/// convention: it moves no event, but omits some. The first speed of a friction table is 0 by definition. The short
+/// form lists whole numbers, too.
 const APART: &[&str] = &[
     "rotor.torque_on",
     "stator.torque_on",
@@ -46,7 +47,7 @@ const APART: &[&str] = &[
     schema::AXIAL_RINGING_FLOOR,
 ];
 
-/// Every physical parameter of a tree of values, in its order. The general form omits zeros, which have no digits, and
+/// All physical parameters in a tree of values, in its order. The general form omits zeros, which have no digits, and
 /// lists of more than 32 elements. Defaults that follow from other parameters are not listed.
 pub(super) fn of(root: &PlacedValue, words: Words) -> Vec<CaseNumber> {
     let mut numbers = Vec::new();
@@ -62,8 +63,8 @@ pub(super) fn half_last_digit(root: &PlacedValue, path: &str, words: Words) -> O
     printed(&root.at(path)?.value, dimension(path, words)?).map(|number| number.1)
 }
 
-/// A number as written, and half a unit of its last digit, SI. A plain number is in SI; it counts as the shortest
-/// decimal of its double, so trailing zeros are lost.
+/// The SI value of a written number, and half a unit of its last digit in SI. A plain number is in SI. Its digits are
+/// those of its double's shortest decimal, so that trailing zeros are lost.
 fn printed(value: &CaseValue, dimension: Dimension) -> Option<(f64, f64)> {
     let printed = match value {
         CaseValue::Integer(number) => quantity::printed(&number.to_string(), Dimension::Number),
@@ -114,8 +115,8 @@ pub(super) fn dimension(path: &str, words: Words) -> Option<Dimension> {
 }
 
 impl Case {
-    /// Sets a number at `path` of either form, for differences; the case may become invalid. Returns whether there is
-    /// such a place.
+    /// Sets the number at `path` of either form, to form differences. The case may become invalid. Returns whether
+    /// there is one.
     pub(super) fn put(&mut self, path: &str, value: f64, short: bool) -> bool {
         for (key, index, inner) in schema::find(path, short) {
             let mut places = (key.places)(self, index);

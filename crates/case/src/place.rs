@@ -1,4 +1,4 @@
-//! A place of a case that a key sets, and the value there.
+//! Places of a case that a key sets, and the values there.
 
 use toml_edit::Value;
 
@@ -64,7 +64,6 @@ impl<'a> Place<'a> {
         Place::Word(now, Box::new(set))
     }
 
-    /// `None` for an option left to its default.
     pub(super) fn get(&self) -> Option<Content> {
         Some(Content::One(match self {
             Place::Text(text) => Setting::Text(text.to_string()),
@@ -131,7 +130,7 @@ impl Content {
         }
     }
 
-    /// TOML. Debug prints the shortest decimal that reads back as the same double.
+    /// The value as TOML. `Debug` prints the shortest decimal that reads back as the same double.
     pub(super) fn toml(&self) -> String {
         match self {
             Content::One(Setting::Text(text)) => Value::from(text).to_string(),

@@ -1,11 +1,11 @@
-//! Quantities: a number and a unit, converted to SI exactly and rounded once.
+//! Quantities: a number with a unit, converted to SI exactly and rounded once.
 //!
 //! A unit expression is a product of the symbols of [`UNITS`]. A space, `*` or `·` multiplies; `/` divides by the
 //! **next unit only**, so `N m s/rad` is (N m s)/rad, `N/m/s` is N/(m s) and `N/m s` is (N/m) s; `1/s` may begin an
 //! expression. Powers are written `m^2`, `m2` or `m²`. There are no parentheses and no sums.
 //!
-//! The radian is a unit of its own, so that `deg`, `rev` and `rpm` convert and a misplaced angle is found. It may be
-//! left out: `N m` is accepted for `N m/rad`, `1/s` for `rad/s`.
+//! The radian is a unit of its own, so that `deg`, `rev` and `rpm` are converted and a misplaced angle is detected.
+//! It may be omitted: `N m` is accepted for `N m/rad`, `1/s` for `rad/s`.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -95,8 +95,8 @@ const fn unit(symbol: &'static str, definition: &'static str) -> Unit {
     Unit { symbol, definition }
 }
 
-/// Every unit that a case file may use. Definitions are exact (NIST SP 811, appendix B), except for the two with pi,
-/// which have 40 digits. A bare `lb` is omitted on purpose: `lbm` or `lbf` is unambiguous.
+/// Every unit that a case file may use. Definitions are exact (NIST SP 811, appendix B), except the two with pi,
+/// which have 40 digits. A bare `lb` is deliberately missing: `lbm` and `lbf` are unambiguous.
 pub const UNITS: &[Unit] = &[
     unit("kg", ""),
     unit("m", ""),
@@ -146,25 +146,24 @@ struct Exact {
 }
 
 const LARGEST_POWER: i32 = 9;
-/// Decimal exponents beyond this are outside double precision, whatever the unit.
+/// Larger decimal exponents are outside double precision, whatever the unit.
 const LARGEST_EXPONENT: i32 = 400;
 const LONGEST_NUMBER: usize = 100;
-/// Every symbol of an expression is looked up and multiplied, so its length (bytes) is limited.
+/// Longest unit, bytes. It bounds the time to look up and multiply the symbols.
 const LONGEST_UNIT: usize = 200;
 
-/// Cache size, and bytes of its longest quantity.
 const MOST_KNOWN: usize = 2048;
 const LONGEST_KNOWN: usize = 64;
 
 thread_local! {
-    // Exact arithmetic takes most of the time when a case is read repeatedly with other overrides.
+    // Exact arithmetic takes most of the time when a case is read repeatedly with different overrides.
     static KNOWN: RefCell<HashMap<(Dimension, String), f64>> = RefCell::default();
 }
 
-/// `text` in the SI unit of `dimension`: the exact product, rounded once to the nearest double.
+/// Converts `text` to the SI unit of `dimension`: the exact product, rounded once to the nearest double.
 ///
 /// # Errors
-/// The error text says what is wrong with the quantity, and what was expected.
+/// The error text names the defect of the quantity, and what was expected.
 pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
     let key = (dimension, text.to_owned());
     if let Some(value) = KNOWN.with_borrow(|known| known.get(&key).copied()) {
@@ -183,10 +182,10 @@ pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
     Ok(value)
 }
 
-/// `text` in the SI unit of `dimension`, exactly.
+/// Converts `text` to the SI unit of `dimension` exactly.
 ///
 /// # Errors
-/// See [`parse`].
+/// Errors of [`parse`].
 pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     let (number, expression) = split_number(text).ok_or_else(|| {
         let (expected, example) = (expectation(dimension), written(dimension));
@@ -216,8 +215,8 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     }
     let number = decimal(number)?;
     let unit = expand(expression)?;
-    // A cycle is not a radian: since the radian may be left out, cycles would be read as radians, a factor 2 pi too
-    // small.
+    // A cycle is not a radian. Because the radian may be omitted, cycles would otherwise be read as radians, which is
+    // wrong by a factor 2 pi.
     let cycles = |symbol: &&str| ["Hz", "kHz"].contains(symbol);
     let symbols = expression.split(|c: char| !c.is_alphabetic());
     if let Some(symbol) = symbols.into_iter().find(cycles)
@@ -243,10 +242,10 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
 }
 
 /// A printed number and half a unit of its last digit, both in the SI unit of `dimension`: `6.975 s` means within
-/// 0.0005 s. A plain number, such as `48`, may stand in quotes here.
+/// 0.0005 s. A plain number in quotes, such as `48`, is accepted here.
 ///
 /// # Errors
-/// See [`parse`].
+/// Errors of [`parse`].
 pub fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
     let plain = dimension == Dimension::Number;
     let number = split_number(text).filter(|(_, unit)| !plain || unit.is_empty());
@@ -270,12 +269,12 @@ pub fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
 /// Conversion factor of `unit` to the SI unit of `dimension`: 0.10471... for `rpm` as an angular velocity.
 ///
 /// # Errors
-/// The error text says what is wrong with the unit.
+/// The error text names the defect of the unit.
 pub fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
     parse(&format!("1 {unit}"), dimension)
 }
 
-/// Name and unit: "a torsional stiffness, N m/rad".
+/// Name and unit of a dimension: "a torsional stiffness, N m/rad".
 pub fn expectation(dimension: Dimension) -> String {
     match dimension {
         Dimension::Number => dimension.name().to_owned(),
@@ -317,7 +316,7 @@ fn describe(exponents: [i32; 4]) -> String {
     }
 }
 
-/// The leading decimal number of `text` and the trimmed rest; `None` without a leading number.
+/// Splits `text` into its leading decimal number and the trimmed rest; `None` without a leading number.
 fn split_number(text: &str) -> Option<(&str, &str)> {
     let text = text.trim();
     let bytes = text.as_bytes();
@@ -343,7 +342,6 @@ fn split_number(text: &str) -> Option<(&str, &str)> {
     Some((&text[..end], text[end..].trim_start()))
 }
 
-/// The exact value of a decimal number from [`split_number`].
 pub(super) fn decimal(number: &str) -> Result<BigRational, String> {
     let outside = || format!("{number} is outside the range of double precision");
     if number.len() > LONGEST_NUMBER {
@@ -375,7 +373,7 @@ fn expand(expression: &str) -> Result<Exact, String> {
     // A factor must follow at the start, and after `/`, `*` or `·`.
     let mut operand_due = true;
     if let Some(after) = rest.strip_prefix('1') {
-        // The numerator of "1/s", or the whole unit of a plain number.
+        // The 1 is the numerator of "1/s", or the whole unit of a plain number.
         rest = after.trim_start();
         operand_due = false;
         if !(rest.is_empty() || rest.starts_with('/')) {
@@ -427,7 +425,7 @@ fn malformed(expression: &str, why: &str) -> String {
     format!("the unit {} cannot be read: {why}", quoted(expression))
 }
 
-/// The leading power of `text` (1 if absent) and the rest; `None` if the power is malformed.
+/// Splits `text` into its leading power (1 if absent) and the rest; `None` if the power is malformed.
 fn split_power(text: &str) -> Option<(i32, &str)> {
     for (mark, power) in [("²", 2), ("³", 3)] {
         if let Some(rest) = text.strip_prefix(mark) {
@@ -449,7 +447,7 @@ fn split_power(text: &str) -> Option<(i32, &str)> {
 }
 
 fn look_up(symbol: &str) -> Result<Exact, String> {
-    // The micro sign and the Greek letter look the same.
+    // The micro sign and the Greek letter look alike.
     let symbol = &symbol.replace('\u{3bc}', "\u{b5}");
     let Some(index) = UNITS.iter().position(|unit| unit.symbol == symbol) else {
         return Err(unknown_unit(symbol));

@@ -1,4 +1,4 @@
-//! One value for one key, checked on its own: the values of a study's axis.
+//! One value for one key, checked on its own, as on the axis of a study.
 
 use super::document::{CaseValue, Override};
 use super::quantity::Dimension;
@@ -9,7 +9,7 @@ use super::{Motion, Words};
 use serde::{Deserialize, Serialize};
 use stickslip_system::signal::SIGNALS;
 
-/// One value of a key; a number is in the key's SI unit.
+/// One value for a key. A number is in the key's SI unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Setting {
     /// A number in SI.
@@ -23,7 +23,7 @@ pub enum Setting {
 }
 
 impl Setting {
-    /// The value of a number or count.
+    /// The value of a number or a count; `None` for a flag or a text.
     pub fn as_number(&self) -> Option<f64> {
         match self {
             Setting::Number(number) => Some(*number),
@@ -32,7 +32,7 @@ impl Setting {
         }
     }
 
-    /// Text of the value, for messages and codes.
+    /// The value as text, for messages and codes.
     pub fn word(&self) -> String {
         match self {
             Setting::Number(number) => format!("{number:?}"),
@@ -44,7 +44,7 @@ impl Setting {
 }
 
 impl Override {
-    /// Sets one value of an axis.
+    /// Sets a key to one value of an axis.
     pub fn setting(path: &str, value: &Setting) -> Override {
         let value = match value {
             Setting::Number(number) => CaseValue::Float(*number),
@@ -56,7 +56,7 @@ impl Override {
     }
 }
 
-/// The type of value that a concrete path of a case takes.
+/// The type of value at a concrete path of a case.
 #[derive(Debug, Clone, Copy)]
 pub struct Slot {
     /// One line about the key.
@@ -79,7 +79,7 @@ impl Slot {
             KeyKind::List(..) if !inner.is_empty() && inner.parse::<usize>().is_err() => return None,
             _ => Takes::Key(key, words.motion()),
         };
-        // Both chains have the same keys; the rotor's have the description.
+        // Both chains have the same keys, and only the rotor's have descriptions.
         let rotor = key.path.strip_prefix("stator.").map(|name| format!("rotor.{name}"));
         let about = rotor.and_then(|path| schema::find(&path, false).next().map(|found| found.0));
         Some(Slot {
@@ -88,7 +88,7 @@ impl Slot {
         })
     }
 
-    /// Dimension of its number; `None` for other types.
+    /// Dimension of the number; `None` for other types.
     pub fn dimension(&self) -> Option<Dimension> {
         match self.takes {
             Takes::Key(key, motion) => key.dimension().map(|dimension| motion.dimension(dimension)),
@@ -97,12 +97,12 @@ impl Slot {
         }
     }
 
-    /// SI unit of a number, `1` for a plain number; `None` for words and switches.
+    /// SI unit of the number, `1` for a plain one; `None` for words and switches.
     pub fn unit(&self) -> Option<&'static str> {
         self.dimension().map(Dimension::unit)
     }
 
-    /// Reads one value, checked without the rest of the case.
+    /// Reads one value, and checks it without the rest of the case.
     pub fn read(&self, value: &CaseValue) -> Result<Setting, String> {
         match self.takes {
             Takes::Key(key, motion) => single(key, value, motion),
@@ -117,7 +117,7 @@ fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> 
     let mut name = parts.next()?;
     while name == SIGNALS {
         parts.next()?.parse::<usize>().ok()?;
-        // A constant as a term of a sum.
+        // The path ends at a term of a sum, which can be a constant.
         name = match parts.next() {
             Some(name) => name,
             None => return Some(Takes::Number(motion.dimension(dimension), Domain::Any)),

@@ -1,4 +1,4 @@
-//! A signal from its value in a case: a number, or a table with a profile.
+//! Reads a signal from its value in a case: a number, or a table with a profile.
 
 use super::conditions::{SHORTEST_RUN, Violation, points, too_short};
 use super::document::{CaseValue, PlacedValue};
@@ -13,8 +13,8 @@ pub(super) const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"]
 /// Deeper nesting of sums is a typing error.
 const DEEPEST: usize = 4;
 
-/// A key of signals besides `profile`: name, profiles with this key, dimension if it differs from the signal's, and
-/// limits.
+/// A key of signals besides `profile`: its name, the profiles that have it, its dimension if it differs from the
+/// signal's, and its limits.
 type SignalKey = (&'static str, &'static [&'static str], Option<Dimension>, Domain);
 
 const WAVES: &[&str] = &["sine", "cosine"];
@@ -44,8 +44,8 @@ pub(super) fn keys_of(profile: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// Dimension and limits of a number, by its path in the signal. `dimension` is the signal's, in rotation; [`Motion`]
-/// changes this one only.
+/// Dimension and limits of the number at `path` in a signal. `dimension` is that of the signal in rotation.
+/// [`Motion`] changes the signal's dimension only.
 pub(super) fn measure(path: &str, dimension: Dimension, motion: Motion) -> (Dimension, Domain) {
     let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err());
     let key = KEYS.iter().find(|key| Some(key.0) == name);

@@ -1,11 +1,11 @@
-//! The text of a case and its origin.
+//! Text of a case, and its origin.
 
 use std::path::{Path, PathBuf};
 
 use super::builtin;
 use super::error::CaseError;
 
-/// The text of a case file, and its origin for messages.
+/// The text of a case file. Its origin is named in messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CaseSource {
     /// The TOML text.
@@ -21,7 +21,7 @@ pub enum Origin {
     File(PathBuf),
     /// One of [`builtin::all`].
     BuiltIn(String),
-    /// The input kept in a result file.
+    /// The input that a result file contains.
     Result(PathBuf),
     /// Standard input.
     StandardInput,
@@ -35,7 +35,7 @@ impl CaseSource {
     /// Reads a case file.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not UTF-8 text.
+    /// The file cannot be read, or is not UTF-8 text.
     pub fn file(path: &Path) -> Result<CaseSource, CaseError> {
         Ok(CaseSource {
             text: toml_text(path, "case")?,
@@ -46,7 +46,7 @@ impl CaseSource {
     /// Reads a case from standard input.
     ///
     /// # Errors
-    /// If it cannot be read, or is not UTF-8 text.
+    /// Standard input cannot be read, or is not UTF-8 text.
     pub fn standard_input() -> Result<CaseSource, CaseError> {
         let read = crate::input::text_of(std::io::stdin().lock());
         Ok(CaseSource {
@@ -55,10 +55,10 @@ impl CaseSource {
         })
     }
 
-    /// A built-in case.
+    /// Finds a built-in case.
     ///
     /// # Errors
-    /// No such name; the message lists the known ones.
+    /// There is no such name; the message lists the known ones.
     pub fn built_in(name: &str) -> Result<CaseSource, CaseError> {
         let case = builtin::find("case", &builtin::all(), name)?;
         Ok(CaseSource {
@@ -75,7 +75,7 @@ impl CaseSource {
         }
     }
 
-    /// The case text kept in a result file.
+    /// A case from the text that a result file contains.
     pub fn result(path: &Path, text: String) -> CaseSource {
         CaseSource {
             text,
@@ -94,7 +94,7 @@ impl CaseSource {
         }
     }
 
-    /// Name of the case, used for result files: the file name without extension.
+    /// Name of the case, which result files get: the file name without its extension.
     pub fn name(&self) -> String {
         let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         match &self.origin {
@@ -105,7 +105,7 @@ impl CaseSource {
     }
 }
 
-/// The text of a TOML file; `kind` ("case", "study") is for messages.
+/// Reads the text of a TOML file. `kind` ("case", "study") is a noun for messages.
 pub fn toml_text(path: &Path, kind: &str) -> Result<String, CaseError> {
     checked(crate::input::text(path), &path.display().to_string(), kind)
 }
@@ -124,7 +124,7 @@ fn checked(read: std::io::Result<Result<String, Option<usize>>>, label: &str, ki
     })
 }
 
-/// Text of an operating system error, with advice.
+/// Text of an error of the operating system, with advice.
 pub fn words(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {

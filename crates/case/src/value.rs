@@ -1,4 +1,4 @@
-//! One value by the rules of its key: unit, limits, choices.
+//! Reads one value by the rules of its key: unit, limits, choices.
 
 use super::conditions::Violation;
 use super::document::{CaseValue, PlacedValue};
@@ -26,7 +26,7 @@ pub(super) fn numbers(
     if wrong.is_empty() { Ok(read) } else { Err(wrong) }
 }
 
-/// One value for a key, checked without the rest of the case; for a list or a signal, one number.
+/// Reads one value for a key, and checks it without the rest of the case. For a list or a signal it is one number.
 pub(super) fn single(key: &Key, value: &CaseValue, motion: Motion) -> Result<Setting, String> {
     let whole = |least: i64, expected: &str| match value {
         CaseValue::Integer(count) if *count >= least => {
@@ -80,7 +80,6 @@ pub(super) fn number(value: &CaseValue, dimension: Dimension, domain: Domain) ->
     }
 }
 
-/// The value as written, with SI if the unit differs.
 fn written(value: &CaseValue, number: f64, dimension: Dimension) -> String {
     match value {
         CaseValue::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit(), text = shown(text)),

@@ -1,11 +1,11 @@
-//! Names and units of a system's places, and the layout of its files.
+//! Names and units for the places of a system, and the layout of its files.
 
 use super::document::{self, PlacedValue};
 use super::value::choice;
 use super::{CaseError, CaseProblem, CaseSource, Motion, Override};
 
-/// Names and units of a system's places, and the layout of its files. Both follow from the form of the case, not from
-/// the equations.
+/// Names and units for the places of a system, and the layout of its files. They follow from the form of the case,
+/// not from the equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Words {
     pub(super) short: bool,
@@ -27,7 +27,7 @@ impl Words {
         Words { short: false, motion }
     }
 
-    /// Names and units of a case, which may have errors elsewhere.
+    /// Names and units for a case, which may contain errors elsewhere.
     pub fn of(source: &CaseSource, overrides: &[Override]) -> Words {
         match form_of(source, overrides) {
             Ok((root, false, _)) => Words::general(named_motion(&root).ok().flatten().unwrap_or_default()),
@@ -35,23 +35,22 @@ impl Words {
         }
     }
 
-    /// Kind of coordinates.
+    /// Kind of coordinates: angles or positions.
     pub fn motion(self) -> Motion {
         self.motion
     }
 
-    /// Whether places have the paper's letters: phi1, phi2, theta. Otherwise the parts of the chains are numbered.
+    /// Whether places have the paper's letters: phi1, phi2, theta. Otherwise the bodies of the chains are numbered.
     pub fn has_letters(self) -> bool {
         self.short
     }
 
-    /// Whether files list the growth of perturbations up to the first stick. Otherwise they list the cycle of the
-    /// motion.
+    /// Whether files list the growth of perturbations up to the first stick, instead of the motion's cycle.
     pub fn lists_growth(self) -> bool {
         self.short
     }
 
-    /// Whether rows have a column for every part of the chains, in addition to the common columns.
+    /// Whether rows have a column for every body of the chains, in addition to the common columns.
     pub fn numbers_parts(self) -> bool {
         !self.short
     }
@@ -64,14 +63,14 @@ impl Words {
         }
     }
 
-    /// The motion as an attribute of /meta; `None` for files without it.
+    /// The motion as an attribute of /meta; `None` for files without this attribute.
     pub fn motion_attribute(self) -> Option<&'static str> {
         (!self.short).then(|| self.motion.name())
     }
 }
 
-/// The tree of a case with its overrides, whether it is in the short form, and the problems of the overrides. If the
-/// file shows its form, an override cannot change it.
+/// The tree of a case with its overrides, whether the case has the short form, and the problems of the overrides. An
+/// override cannot change the form if the file alone determines it.
 ///
 /// # Errors
 /// The text is not TOML.
@@ -93,10 +92,10 @@ pub(super) fn form_of(
     Ok((root, short, wrong))
 }
 
-/// The motion that a tree names, if any.
+/// The motion that a tree names; `None` if it names none.
 ///
 /// # Errors
-/// The value is no motion.
+/// The value is not a motion.
 pub(super) fn named_motion(root: &PlacedValue) -> Result<Option<Motion>, String> {
     let Some(node) = root.at("motion") else {
         return Ok(None);

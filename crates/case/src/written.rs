@@ -1,26 +1,27 @@
-//! A case with its written parameters, each of which can be changed: for derivatives, reruns and searches.
+//! A case with its written parameters, each of which can be changed for derivatives, reruns and searches.
 
 use super::error::CaseError;
 use super::quantity::Dimension;
 use super::{Case, CaseNumber, CaseSource, Origin, Override, Words, conditions, document, numbers, reader, schema};
 use stickslip_system::model::system::System;
 
-/// A case with its physical parameters: in the short form all of them, in the general form those that are written and
-/// not zero. Parameters without effect on events are omitted, and in the general form lists of more than 32 elements.
+/// A case with its physical parameters: all of them in the short form, the written ones that are not zero in the
+/// general form. Parameters without effect on events are omitted; the general form also omits lists beyond 32
+/// elements.
 #[derive(Debug, Clone)]
 pub struct WrittenCase {
     case: Case,
     numbers: Vec<CaseNumber>,
-    /// Text and overrides for reading the case with a changed parameter. The short form uses the resolved text, which
+    /// Text and overrides with which a changed case is read. In the short form the text is the resolved one, which
     /// lists every parameter.
     text: (CaseSource, Vec<Override>),
 }
 
 impl WrittenCase {
-    /// Reads a case with the written form of its parameters.
+    /// Reads a case, and the written form of its parameters.
     ///
     /// # Errors
-    /// All problems that were found in the case.
+    /// All problems in the case.
     pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<WrittenCase, CaseError> {
         let reader::ReadCase { case, written } = reader::read(source, overrides)?;
         if !case.is_short() {
@@ -37,7 +38,7 @@ impl WrittenCase {
         Ok(read)
     }
 
-    /// From a case without its text: the written form of the parameters is not known.
+    /// Makes one from a case without text: the written form of the parameters is unknown.
     pub fn of(case: &Case) -> WrittenCase {
         let text = CaseSource {
             text: case.resolved(),
@@ -57,13 +58,13 @@ impl WrittenCase {
         }
     }
 
-    /// Takes the last digits from the text that a resolved case was made of, for parameters of equal value. The digits
-    /// of others are unknown.
+    /// Takes the last digits of parameters from the text from which a resolved case was made, if the values are
+    /// equal. The digits of all other parameters are unknown.
     #[must_use]
     pub fn digits_of(mut self, given: &CaseSource) -> WrittenCase {
         let given = WrittenCase::read(given, &[]).map_or_else(|_| Vec::new(), |given| given.numbers);
         for number in &mut self.numbers {
-            // A number may replace a list of one.
+            // A number may replace a list with one element.
             let same = |other: &&CaseNumber| {
                 let of_list = number.path.strip_suffix(".0");
                 (other.path == number.path || of_list == Some(&other.path)) && other.value == number.value
@@ -73,7 +74,7 @@ impl WrittenCase {
         self
     }
 
-    /// Sets half a unit of the last digit of a parameter, in its unit.
+    /// Sets half a unit of a parameter's last digit, in the parameter's unit.
     #[must_use]
     pub fn with_half_last_digit(mut self, path: &str, half: f64) -> WrittenCase {
         let found = self.numbers.iter_mut().filter(|number| number.path == path);
@@ -81,12 +82,12 @@ impl WrittenCase {
         self
     }
 
-    /// The case itself.
+    /// The unchanged case.
     pub fn case(&self) -> &Case {
         &self.case
     }
 
-    /// Its physical parameters.
+    /// The physical parameters.
     pub fn numbers(&self) -> &[CaseNumber] {
         &self.numbers
     }
@@ -96,18 +97,18 @@ impl WrittenCase {
         self.numbers.iter().find(|number| number.path == path)
     }
 
-    /// The case with another value of a parameter, in the unit of its key.
+    /// The case with another value of one parameter, in the unit of its key.
     ///
     /// # Errors
-    /// No parameter at this path, or an invalid case.
+    /// There is no parameter at this path, or the case becomes invalid.
     pub fn with(&self, path: &str, value: f64) -> Result<Case, CaseError> {
         self.with_all(&[(path, value)])
     }
 
-    /// The case with other values of several parameters.
+    /// The case with other values of several parameters, in the units of their keys.
     ///
     /// # Errors
-    /// See [`Self::with`].
+    /// Errors of [`Self::with`].
     pub fn with_all(&self, changes: &[(&str, f64)]) -> Result<Case, CaseError> {
         let (source, overrides) = &self.text;
         let mut overrides = overrides.clone();
@@ -115,10 +116,10 @@ impl WrittenCase {
         Case::read(source, &overrides)
     }
 
-    /// For differences: the system with another value of a parameter, and the sliding speed (rad/s) below which a
-    /// contact without stick counts as stuck. In the short form the value may lie beyond the limits of a valid case.
-    /// `None` without such a system. A time of zero cannot be moved: before t = 0 nothing happens, and after it there
-    /// is one corner more.
+    /// The system with another value of a parameter, and the sliding speed (rad/s) below which a contact without
+    /// stick counts as stuck. It serves to form differences: in the short form the value may lie beyond the limits of
+    /// a valid case. `None` if there is no such system. A time of zero cannot be moved: before t = 0 nothing happens,
+    /// and a later time adds a corner to the run.
     pub fn moved(&self, path: &str, value: f64) -> Option<(System, f64)> {
         let is_time = |number: &&CaseNumber| number.path == path && number.unit == Dimension::Time.unit();
         if self
@@ -140,7 +141,7 @@ impl WrittenCase {
                 .iter()
                 .filter(|(path, value)| !case.put(path, *value, true))
                 .collect();
-            // A place that the short form has no key for, such as a bearing: there the value must be valid.
+            // The short form has no key for this place, such as a bearing. The value there must be valid.
             let fits = |(path, value): &(&str, f64)| {
                 let key = [true, false]
                     .into_iter()

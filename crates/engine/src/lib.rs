@@ -1,22 +1,23 @@
 //! How does it move? A system with dry friction is integrated, and every event is located.
 //!
-//! [`Run`] runs a system by a [`Method`](simulation::Method). Its rows go to a [`Recorder`](stickslip_system::record::Recorder) as they
-//! are computed, and its events to the [`RunReport`](simulation::RunReport).
+//! [`Run`] runs a system by a [`Method`](simulation::Method). A [`Recorder`](stickslip_system::record::Recorder) gets its
+//! rows as they are computed, and the [`RunReport`](simulation::RunReport) its events.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
 //! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the equations |
-//! | [`simulation`] | a system run by the automaton: which engine where, samples, events |
-//! | [`run`] | one run of a system, with what is recorded of it |
+//! | [`simulation`] | runs of a system by the automaton: choice of the engines, samples, events |
+//! | [`run`] | one run of a system, and its recording |
 //! | [`workers`] | the pool of threads for independent jobs |
 //!
-//! The crate reads no case and writes no file. How many digits of a run are true is a question for `stickslip-analysis`.
+//! The crate reads no case and writes no file. How many digits of a run are correct is a question for
+//! `stickslip-analysis`.
 //!
 //! # A run
 //!
-//! A mass of 1 kg on a spring of 1 N/m starts 3.5 m from its rest and slides on the ground, whose friction is 1 N. It turns at
-//! x = -1.5 m after half a period, pi s, and stops after another half at x = -0.5 m, where friction holds it.
+//! A mass of 1 kg on a spring of 1 N/m starts 3.5 m from its rest and slides on the ground, whose friction is 1 N. It
+//! turns at x = -1.5 m after half a period, pi s, and stops after another half at x = -0.5 m, where friction holds it.
 //!
 //! ```
 //! use std::f64::consts::PI;
@@ -71,7 +72,7 @@
 //!
 //! # Other equations
 //!
-//! [`sundials`] knows no friction. It solves any smooth problem, up to a zero of a function:
+//! [`sundials`] knows no friction. It solves any smooth problem, up to the zero of a function:
 //!
 //! ```
 //! use stickslip_engine::sundials::{Direction, ErkTable, OdeSystem, Outcome, Solver, Task, Tolerances};

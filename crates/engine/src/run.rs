@@ -12,7 +12,7 @@ pub trait Runnable {
     fn system(&self) -> &System;
     /// Relative velocity (rad/s) below which a contact without stick counts as stuck.
     fn threshold(&self) -> f64;
-    /// Whether the inner bodies, besides the two surfaces and their masses, have columns of their own.
+    /// Whether the inner bodies have columns of their own, besides the two surfaces and their masses.
     fn numbers_parts(&self) -> bool;
     /// Method and tolerances.
     fn solver(&self) -> &SolverOptions;
@@ -68,26 +68,26 @@ impl<'a> Run<'a> {
         self
     }
 
-    /// Replaces the case's output, including the end time.
+    /// Replaces the case's output options, including the end time.
     pub fn output(mut self, output: &'a OutputOptions) -> Self {
         self.output = output;
         self
     }
 
-    /// Sets the recorder of samples, events and segments, in order of time. Without one, only events are kept, in the
-    /// report.
+    /// Sets the recorder, which receives samples, events and segments in order of time. Without one only the events
+    /// are kept, in the report.
     pub fn record(mut self, recorder: &'a mut dyn Recorder) -> Self {
         self.recorder = Some(recorder);
         self
     }
 
-    /// Called now and then during the run; `Break` ends it in good order.
+    /// Sets a function that is called now and then during the run; `Break` ends the run in good order.
     pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
         self.control = Some(Box::new(control));
         self
     }
 
-    /// Called now and then during the run; `true` ends it in good order.
+    /// Sets a function that is called now and then during the run; `true` ends the run in good order.
     pub fn stop(self, stop: impl Fn() -> bool + 'a) -> Self {
         self.control(move |_| go_on_unless(stop()))
     }

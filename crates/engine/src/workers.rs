@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError, mpsc};
 
 const WAITING: usize = 256;
 
-/// Number of processors.
+/// Number of processors that are available, at least 1.
 pub fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
@@ -18,8 +18,9 @@ pub fn go_on_unless(stop: bool) -> ControlFlow<()> {
     }
 }
 
-/// Runs `job` for each of `items`, started in order, on `threads` threads. Results go to `receive` on the calling
-/// thread in the order of completion; at most `waiting` of them wait. A job without a result ends its thread's work.
+/// Runs `job` for each of `items`, started in order, on `threads` threads. `receive` gets the results on the calling
+/// thread in the order of completion; at most `waiting` results wait for it. A job that returns `None` ends its
+/// thread's work.
 ///
 /// # Panics
 /// Resumes the panic of a job; panics if no thread can be made.
@@ -53,8 +54,8 @@ pub fn on_threads<I, T: Send, O>(
     })
 }
 
-/// Runs `job(0)`, `job(1)`, ... below `count`, started in order on at most `threads` threads; `done` gets the number of
-/// finished jobs. A job without a result ends its thread's work.
+/// Runs `job(0)`, `job(1)`, ... below `count`, started in order on at most `threads` threads. Returns the results in
+/// order. `done` gets the number of finished jobs. A job that returns `None` ends its thread's work.
 pub fn in_order<T: Send>(
     threads: usize,
     count: usize,
@@ -72,8 +73,8 @@ pub fn in_order<T: Send>(
     results
 }
 
-/// Runs `job(0)`, `job(1)`, ... below `count` over all processors; results in order. Once `stop` is true no further job
-/// starts, and its result is missing.
+/// Runs `job(0)`, `job(1)`, ... below `count` over all processors; returns the results in order. Once `stop` is true
+/// no further job starts, and the results of the jobs not started are missing.
 pub fn over_processors<T: Send>(
     count: usize,
     stop: &(dyn Fn() -> bool + Sync),

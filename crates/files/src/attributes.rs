@@ -8,7 +8,7 @@ use super::raw;
 use super::schema::{self, Variable};
 use super::values::{Values, each};
 
-/// The value of an attribute.
+/// Value of an HDF5 attribute.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AttributeValue {
     /// UTF-8 text.
@@ -45,7 +45,7 @@ pub(super) fn plain<S: Serializer>(value: &AttributeValue, serializer: S) -> Res
     }
 }
 
-/// Text form; a number has an exponent if that is shorter: 1e-10.
+/// Writes a number with an exponent if that is shorter: 1e-10.
 impl std::fmt::Display for AttributeValue {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -86,7 +86,7 @@ pub(super) fn write_root(file: &File, texts: &[(&str, &str)]) -> hdf5::Result<()
 }
 
 pub(super) fn attributes_of(variable: &Variable) -> Vec<(&'static str, AttributeValue)> {
-    // NUL is replaced, as in reading.
+    // A NUL becomes a blank, as in reading.
     let text = |text: &str| text.replace('\0', " ").into();
     let mut attributes = vec![
         (schema::attribute::UNITS, text(&variable.units)),
@@ -108,7 +108,7 @@ pub(super) fn describe(dataset: &Dataset, variable: &Variable) -> hdf5::Result<(
     attributes_of(variable)
         .into_iter()
         .try_for_each(|(name, value)| match value {
-            // Codes have the variable's type.
+            // Codes have the type of their variable.
             AttributeValue::Integers(codes) if name == schema::attribute::FLAG_VALUES => {
                 let mut values = Values::new(variable.kind, codes.len());
                 codes.iter().for_each(|&code| values.push(code as f64));
@@ -123,7 +123,7 @@ pub(super) fn describe_text(dataset: &Dataset, units: &str, long_name: &str) -> 
     write_attribute(dataset, schema::attribute::LONG_NAME, long_name)
 }
 
-/// A quantity as attributes: value, unit and description.
+/// A quantity as attributes: its value, unit and description.
 pub fn quantity(
     name: &str,
     value: impl Into<AttributeValue>,

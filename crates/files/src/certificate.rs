@@ -1,5 +1,5 @@
-//! Additions to a finished result file: `certify` adds /certificate, /sensitivity and /events/time_uncertainty, a
-//! witness adds /witness and /events/witness_time.
+//! Additions to a finished result file. `certify` adds /certificate, /sensitivity and /events/time_uncertainty. A
+//! second method adds /witness and /events/witness_time.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use super::target::{self, Overwrite};
 use super::values::{FileColumn, Values, with_type};
 use super::{AttributeValue, ResultError, raw};
 
-/// Additions to a group of a result file. /events exists already; any other group is made anew.
+/// Additions to a group of a result file. /events exists already; every other group is created.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Addition {
     group: String,
     /// Attributes of the group.
     pub attributes: Vec<(String, AttributeValue)>,
-    /// Columns in the order of the file, with their dimensions. A column without one is a dimension.
+    /// In the order of the file, with their dimensions. A column without dimensions is a dimension itself.
     columns: Vec<(FileColumn, Vec<String>)>,
     /// Name, description, text.
     texts: Vec<[String; 3]>,
@@ -39,7 +39,7 @@ impl Addition {
         self.attributes.push((name.to_owned(), value.into()));
     }
 
-    /// Adds a dimension with its coordinate, 0, 1, ...
+    /// Adds a dimension with its coordinate: 0, 1, ...
     pub fn dimension(&mut self, name: &str, length: usize, long_name: &str) {
         let column = FileColumn {
             variable: Variable::index(name, long_name),
@@ -48,7 +48,7 @@ impl Addition {
         self.columns.push((column, Vec::new()));
     }
 
-    /// Adds a column over one dimension, or over several with the last one fastest.
+    /// Adds a column over one or several dimensions, the last one fastest.
     pub fn over(&mut self, dimensions: &[&str], column: FileColumn) {
         let dimensions = dimensions.iter().map(|&name| name.to_owned());
         self.columns.push((column, dimensions.collect()));
@@ -93,7 +93,7 @@ impl Addition {
     }
 }
 
-/// Copies a complete result file to `to` with a certificate. `to` appears when it is complete.
+/// Copies a complete result file to `to` and adds the certificate. `to` appears when it is complete.
 ///
 /// # Errors
 /// Errors of [`super::check_target`], of copying and of writing.
@@ -120,7 +120,7 @@ fn copy_with(from: &Path, partial: &Path, additions: &[Addition]) -> Result<(), 
 
 fn add_to(path: &Path, additions: &[Addition]) -> hdf5::Result<()> {
     let file = hdf5::File::open_rw(path)?;
-    // Checksums of an earlier version would not cover the certificate.
+    // The checksums of an earlier version would not cover the certificate.
     if file.link_exists(schema::CHECKSUMS) {
         file.unlink(schema::CHECKSUMS)?;
     }

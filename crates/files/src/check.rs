@@ -1,4 +1,4 @@
-//! Checks of this program's files.
+//! Checks whether a file of this program is sound.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -21,8 +21,7 @@ pub struct CheckReport {
     pub format: String,
     /// Root attribute `status`.
     pub status: String,
-    /// Whether the file has a seal, a checksum of all bytes. Files of killed runs, and files changed by another
-    /// program, lack it.
+    /// Whether the file has a seal, a checksum of all bytes. Killed runs, and changes by other programs, leave none.
     pub sealed: bool,
     /// Number of variables whose every value was read.
     pub variables: usize,
@@ -52,12 +51,12 @@ const STATUSES: [&str; 3] = ["complete", "interrupted", "failed"];
 const MOST: usize = 100;
 const NAMED: usize = 3;
 
-/// Reads every value of a file of this program, and verifies HDF5's chunk checksums and the seal. In the result of a
-/// run, also the structure, increasing times, finite values, and the consistency of trajectory, events, segments and
-/// statistics.
+/// Reads every value of a file of this program, and verifies HDF5's chunk checksums and the seal. For the result of a
+/// run it also checks the structure, increasing times, finite values, and the consistency of trajectory, events,
+/// segments and statistics.
 ///
 /// # Errors
-/// A file that is missing, cannot be opened, or is not of this program. Problems inside are in the report.
+/// The file is missing, cannot be opened, or is not of this program. Problems inside the file are in the report.
 pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
     let mut check = Check::open(path)?;
     check.stored();
@@ -66,7 +65,7 @@ pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
     Ok(check.report)
 }
 
-/// Opens the result of a run as the source of something new.
+/// Opens the result of a run as the source of a new computation.
 ///
 /// # Errors
 /// Errors of [`ResultFile::open`]; [`Reason::NotAsWritten`] if it is damaged.
@@ -76,18 +75,18 @@ pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
     Ok(file)
 }
 
-/// Refuses a file with a broken seal as a source. The file is read once, without HDF5. A file without a seal (of a
-/// killed run or of another program) is accepted.
+/// Refuses a file with a broken seal as a source. The file is read once, without HDF5. A file without a seal (from a
+/// killed run or another program) is accepted.
 ///
 /// # Errors
-/// [`Reason::NotAsWritten`] with the first problems of [`check`]; errors of the file.
+/// [`Reason::NotAsWritten`] with the first problems of [`check`]; failures to read the file.
 pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     match read_seal(path)? {
         Seal::Intact | Seal::Absent => return Ok(()),
         Seal::Broken => {}
     }
     let mut check = match Check::open(path) {
-        // A sealed file was a result once.
+        // A sealed file was a result once, so that it is damaged now.
         Err(error) if matches!(error.reason, Reason::NotAResult(_)) => {
             return Err(Reason::NotAsWritten(error.to_string()).of(path));
         }
@@ -108,18 +107,17 @@ fn read_seal(path: &Path) -> Result<Seal, ResultError> {
     seal::read(path).map_err(|error| ResultError::io(path, "reading the file", error))
 }
 
-/// A clock that restarts in each segment is rounded once more at the segment's ends.
+/// A time may lie beyond the segment by rounding: a clock that restarts in each segment is rounded again at its ends.
 fn within(time: f64, segment: &Segment) -> bool {
     let rounding = 4.0 * f64::EPSILON * time.abs();
     (segment.start - rounding..=segment.end + rounding).contains(&time)
 }
 
-/// Whether an event of this kind fits the mode before (if known) and after it.
 fn brings_about(kind: EventKind, before: Option<Mode>, after: Mode) -> bool {
     let slips = |mode: Mode| mode.sense() != 0;
     let was = |fits: &dyn Fn(Mode) -> bool| before.is_none_or(fits);
     match kind {
-        // Without stick these events are crossings of a speed.
+        // A contact without stick reports crossings of a speed as these events.
         EventKind::Stick | EventKind::Slip if after == Mode::Engaged => was(&|mode| mode == Mode::Engaged),
         EventKind::Stick => after == Mode::Stick && was(&slips),
         EventKind::Slip => slips(after) && was(&|mode| mode == Mode::Stick),
@@ -180,7 +178,7 @@ impl Check {
         }
         let everything = self.everything();
         self.note("/", everything);
-        // A run that was killed leaves columns of different lengths.
+        // A killed run leaves columns of different lengths.
         if self.report.format != schema::FORMAT || self.report.status == Status::Complete.name() {
             let uneven = self.source.uneven(MOST);
             let uneven = uneven.map(|found| found.into_iter().for_each(|error| self.note("/", Err(error))));
@@ -209,7 +207,7 @@ impl Check {
         }
     }
 
-    /// Lists an error as a problem. A missing file affects every variable, and is listed once.
+    /// A missing file affects every variable, and is listed once.
     fn note(&mut self, place: &str, result: Result<(), ResultError>) {
         if let Err(ResultError {
             reason: Reason::Absent(what),
@@ -223,7 +221,7 @@ impl Check {
         }
         let Err(error) = result else { return };
         match &error.reason {
-            // Whoever reads the table finds it, too.
+            // The reader of the table may have listed it already.
             Reason::Uneven { variable, .. } => {
                 if self.report.problems.iter().all(|problem| problem.place != *variable) {
                     self.problem(variable, error.to_string());
@@ -305,7 +303,6 @@ impl Check {
         Ok(())
     }
 
-    /// Every variable of the schema must exist with its type.
     fn structure(&mut self, table: &TableSchema) -> Result<(), ResultError> {
         for variable in &table.variables {
             let path = format!("{}/{}", table.group, variable.name);
@@ -379,7 +376,7 @@ impl Check {
         for (row, event) in events.iter().enumerate() {
             let number = event.segment as usize;
             let Some(segment) = segments.get(number) else {
-                // A killed run may lack it.
+                // A killed run may lack this segment.
                 return;
             };
             if number + 1 < begun {
@@ -387,7 +384,7 @@ impl Check {
                 self.problem(place(row, group::EVENTS), what);
                 return;
             }
-            // At the start of a run events come before the first segment.
+            // At the start of a run events precede the first segment.
             if number > 0 || event.time > segment.start {
                 while begun <= number {
                     self.follows(mode, segments[begun].mode, begun);

@@ -25,10 +25,10 @@ pub struct Contents {
 const BLOCK: usize = 65_536;
 
 impl Contents {
-    /// Contents of a file of this program: the result of a run, a sweep, or a work-precision study.
+    /// Lists the contents of a file of this program: the result of a run, a sweep, or a work-precision study.
     ///
     /// # Errors
-    /// A file that is missing, of another program, of a newer version, or damaged.
+    /// The file is missing, of another program, of a newer version, or damaged.
     pub fn read(path: &Path) -> Result<Contents, ResultError> {
         let mut contents = match ResultFile::open(path) {
             Ok(file) => file.contents()?,
@@ -52,7 +52,7 @@ impl Contents {
 }
 
 impl ResultFile {
-    /// All contents of the file, including additions of later versions; seal and sums are not verified.
+    /// Lists all contents of the file, including additions of later versions. Checksums are not verified.
     ///
     /// # Errors
     /// The file cannot be read.

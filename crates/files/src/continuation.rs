@@ -1,4 +1,4 @@
-//! File of a continuation: branches, points, and curves of special points; small, and so written whole at the end.
+//! File of a continuation: branches, points, and curves of special points. It is small, and written at the end.
 
 use std::path::{Path, PathBuf};
 
@@ -35,11 +35,11 @@ pub struct ContinuationFile {
 }
 
 impl ContinuationFile {
-    /// Writes the file at a reserved place: under its own name if the study is complete, otherwise as its partial file.
-    /// Returns the path.
+    /// Writes the file at a reserved place: under its own name if the study is complete, otherwise as its partial
+    /// file. Returns the path.
     ///
     /// # Errors
-    /// Any failure to write.
+    /// The file cannot be written.
     pub fn write(&self, place: &Reservation, status: &Status) -> Result<PathBuf, ResultError> {
         place.put(status, |made| self.store(made, status))
     }
@@ -93,19 +93,19 @@ pub struct ContinuationColumn {
 
 const GROUPS: [&str; 3] = ["branches", "points", "curves"];
 
-/// Branches in a file, as columns by name. Readers fail if the file is damaged.
+/// Branches read from a file, as columns by name. All readers fail if the file is damaged.
 #[derive(Debug)]
 pub struct StoredContinuation {
     source: Source,
 }
 
 impl StoredContinuation {
-    /// Whether the file at `path` is a continuation's.
+    /// Whether the file at `path` is a continuation file.
     pub fn is_one(path: &Path) -> bool {
         Source::is_of_format(path, schema::CONTINUATION_FORMAT)
     }
 
-    /// Opens a continuation's file. Fails if it is missing, of another kind, of a newer version, or damaged.
+    /// Opens a continuation file. Fails if it is missing, of another kind, of a newer version, or damaged.
     pub fn open(path: &Path) -> Result<StoredContinuation, ResultError> {
         Ok(StoredContinuation {
             source: Source::open_format(path, schema::CONTINUATION_FORMAT)?,
@@ -161,7 +161,7 @@ impl StoredContinuation {
         Ok(self.source.text(&format!("input/{name}"))?.unwrap_or_default())
     }
 
-    /// The columns of a group.
+    /// The columns of a group, for reading.
     pub fn table(&self, group: &'static str) -> Result<TableReader<'_>, ResultError> {
         self.source.table(group)
     }
@@ -176,7 +176,7 @@ impl StoredContinuation {
             .collect())
     }
 
-    /// Meanings of a variable's codes.
+    /// Codes of a variable with their meanings.
     pub fn words(&self, path: &str) -> Result<Vec<(i64, String)>, ResultError> {
         Ok(self.source.described(path)?.flags)
     }

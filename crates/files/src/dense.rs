@@ -1,4 +1,4 @@
-//! Dense output of a run: every channel at every time.
+//! Dense output of a run: every channel at any time.
 
 use super::schema::{self, group};
 use super::{ResultError, ResultFile};
@@ -9,20 +9,20 @@ use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
 
 const BLOCK: usize = 4096;
 
-/// Side of an event at its time.
+/// Side of an event, at the time of the event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventSide {
-    /// The state before it.
+    /// The state before the event.
     Before,
-    /// The state after it.
+    /// The state after the event.
     After,
 }
 
-/// First piece of a block, and its coefficients.
+/// First piece of a cached block, and the block's coefficients.
 type Held = (usize, Rc<Vec<f64>>);
 
-/// The dense output of a result file: between two events every channel is a chain of polynomials with 16 Chebyshev
-/// coefficients a piece (docs/result-file.md).
+/// The dense output of a result file. Between two events every channel is a chain of polynomials, each with 16
+/// Chebyshev coefficients (docs/result-file.md).
 #[derive(Debug)]
 pub struct DenseOutput<'f> {
     file: &'f ResultFile,
@@ -32,7 +32,7 @@ pub struct DenseOutput<'f> {
 }
 
 impl ResultFile {
-    /// The dense output, if the run has one. Fails with errors of the file.
+    /// The dense output, if the run has one. Fails if the file cannot be read.
     pub fn dense(&self) -> Result<Option<DenseOutput<'_>>, ResultError> {
         if !self.has(group::DENSE)? {
             return Ok(None);
@@ -61,33 +61,34 @@ impl DenseOutput<'_> {
         self.starts.len()
     }
 
-    /// Start and end of each piece in order of time, s.
+    /// Start and end of each piece, s, in order of time.
     pub fn spans(&self) -> impl Iterator<Item = (f64, f64)> {
         self.starts.iter().copied().zip(self.ends.iter().copied())
     }
 
-    /// Whether the dense output reaches from `from` to `to` (s).
+    /// Whether the dense output reaches from `from` to `to`, both in s.
     pub fn covers(&self, from: f64, to: f64) -> bool {
         self.span().is_some_and(|(start, end)| start <= from && to <= end)
     }
 
-    /// Start and end, s; `None` without pieces.
+    /// Start and end of the dense output, s; `None` without pieces.
     pub fn span(&self) -> Option<(f64, f64)> {
         Some((*self.starts.first()?, *self.ends.last()?))
     }
 
-    /// The piece that contains `t` (s); at an event, or between two pieces, the piece on this side.
+    /// Index of the piece that contains `t` (s). At an event, or between two pieces, `side` decides.
     pub fn piece_at(&self, t: f64, side: EventSide) -> Option<usize> {
         let index = match side {
             EventSide::After => self.starts.partition_point(|start| *start <= t).checked_sub(1)?,
             EventSide::Before => self.ends.partition_point(|end| *end < t),
         };
-        // The first piece has no side before it, the last none after it.
+        // The first piece has no neighbour before it, the last none after it.
         let index = index.min(self.starts.len().checked_sub(1)?);
         (self.starts[index] <= t && t <= self.ends[index]).then_some(index)
     }
 
-    /// The Chebyshev coefficients of a channel in a piece. Fails without such a channel, or with errors of the file.
+    /// The Chebyshev coefficients of a channel in a piece. Fails without such a channel, or if the file cannot be
+    /// read.
     pub fn coefficients(&self, channel: &str, piece: usize) -> Result<[f64; COEFFICIENTS], ResultError> {
         let first = piece / BLOCK * BLOCK;
         let held = self.held.borrow().get(channel).filter(|held| held.0 == first).cloned();
@@ -108,8 +109,8 @@ impl DenseOutput<'_> {
         }))
     }
 
-    /// A column of /trajectory at given times (s): a channel, the time itself, or mode and segment of the piece. Errors
-    /// of [`Self::coefficients`].
+    /// Values of a /trajectory column at `times` (s): a channel, the time itself, or mode and segment of the piece.
+    /// Fails like [`Self::coefficients`].
     pub fn column(&self, name: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
         match name {
             "time" => Ok(times.to_vec()),
@@ -122,8 +123,8 @@ impl DenseOutput<'_> {
         }
     }
 
-    /// A channel at given times (s), fast if they are in order; NaN beyond the dense output. Errors of
-    /// [`Self::coefficients`].
+    /// Values of a channel at `times` (s), in the channel's unit; NaN outside the dense output. Sorted times are
+    /// fast. Fails like [`Self::coefficients`].
     pub fn values(&self, channel: &str, times: &[f64], side: EventSide) -> Result<Vec<f64>, ResultError> {
         let mut last: Option<(usize, [f64; COEFFICIENTS])> = None;
         times

@@ -1,4 +1,4 @@
-//! Files on the disk: folders, signatures, identity, and files that appear complete.
+//! Files on the disk: folders, signatures, identity, and files that appear only when complete.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -12,8 +12,7 @@ pub fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// Whether `path`, or the target of a link, is neither a file nor a folder, such as a pipe: replacing it would take it
-/// from its users.
+/// Whether `path`, or the target of a link, is neither a file nor a folder, such as a pipe, which its users would lose.
 fn is_pipe_or_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
@@ -27,19 +26,19 @@ pub enum Obstacle {
     NoFileName,
     /// The folder does not exist.
     NoFolder(PathBuf),
-    /// The file is an input of the new one.
+    /// The file is an input of the computation.
     Input,
-    /// Neither a file nor a folder is there.
+    /// The path is a pipe or a device.
     PipeOrDevice,
     /// The existing file is write-protected.
     Protected,
-    /// The existing file may only be replaced by force.
+    /// The existing file may be replaced by force only.
     NotOwn,
     /// The existing file cannot be examined.
     NotSeen(io::Error),
 }
 
-/// Obstacle to a file at `path` made from `inputs`, apart from an existing file.
+/// Obstacle to a new file at `path` made from `inputs`. Existing files are the matter of [`in_the_way`].
 pub fn misplaced(path: &Path, inputs: &[PathBuf]) -> Option<Obstacle> {
     let folder = folder_of(path);
     if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
@@ -55,8 +54,8 @@ pub fn misplaced(path: &Path, inputs: &[PathBuf]) -> Option<Obstacle> {
     }
 }
 
-/// Obstacle to replacing an existing file at `path`; without `force` the file must satisfy `is_own`. Errors of
-/// `is_own`.
+/// Obstacle to replacing an existing file at `path`. Without `force` it must satisfy `is_own`, whose errors are
+/// passed on.
 pub fn in_the_way<E>(
     path: &Path,
     force: bool,
@@ -69,7 +68,7 @@ pub fn in_the_way<E>(
         Ok(_) if is_pipe_or_device(path) => Some(Obstacle::PipeOrDevice),
         Ok(_) if force => None,
         Ok(_) => match fs::metadata(path) {
-            // Replacing a dangling link loses nothing, but the link is not this program's.
+            // A dangling link can be replaced without loss, but this program has not made it.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Some(Obstacle::NotOwn),
             Err(error) => Some(Obstacle::NotSeen(error)),
             Ok(found) if found.permissions().readonly() => Some(Obstacle::Protected),
@@ -78,15 +77,15 @@ pub fn in_the_way<E>(
     })
 }
 
-/// Writes `parts` in sequence to a temporary file, then renames it to `path`: the file is complete or absent. Fails
-/// with the operating system's error, and then leaves nothing.
+/// Writes `parts` in sequence to a temporary file and renames it to `path`, so that the file is complete or absent.
+/// Fails with the operating system's error; nothing is left then.
 pub fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
     temporary_with(&folder_of(path), parts)?.persist(path)?;
     Ok(())
 }
 
-/// Tests [`write_whole`] in a folder by a file that is removed again: permissions say too little about network drives,
-/// and nothing about a full disk. Fails with the operating system's error.
+/// Tests whether [`write_whole`] works in a folder, with a file that is removed again. Permissions say too little
+/// about network drives, and nothing about a full disk. Fails with the operating system's error.
 pub fn try_folder(folder: &Path) -> io::Result<()> {
     temporary_with(folder, &[b"stickslip"]).map(drop)
 }
@@ -100,8 +99,9 @@ fn temporary_with(folder: &Path, parts: &[&[u8]]) -> io::Result<Temporary> {
     Ok(file)
 }
 
-/// A file that gets its name when it is complete. On Linux it has none until then, so that a killed program leaves nothing;
-/// elsewhere, and on file systems that know no such files, it has a hidden one, and is removed unless it is persisted.
+/// A file that gets its name when it is complete. On Linux it has no name until then, so that a killed program leaves
+/// nothing. Elsewhere, and on file systems without nameless files, it has a hidden name, and is removed unless
+/// persisted.
 #[derive(Debug)]
 pub struct Temporary(MadeFolder);
 
@@ -113,12 +113,12 @@ enum MadeFolder {
 }
 
 const PREFIX: &str = ".stickslip-";
-/// The usual permissions, not the owner's alone; the umask applies.
+/// The usual permissions instead of the owner's alone; the umask applies.
 #[cfg(unix)]
 const PERMISSIONS: u32 = 0o666;
 
 impl Temporary {
-    /// Fails with the operating system's error.
+    /// Creates the file in `folder`. Fails with the operating system's error.
     pub fn create(folder: &Path) -> io::Result<Temporary> {
         #[cfg(target_os = "linux")]
         {
@@ -146,7 +146,7 @@ impl Temporary {
         }
     }
 
-    /// Names the file, in its folder; an existing file is replaced. Fails with the operating system's error.
+    /// Gives the file its name in its folder, and replaces an existing file. Fails with the operating system's error.
     pub fn persist(self, path: &Path) -> io::Result<()> {
         match self.0 {
             #[cfg(target_os = "linux")]
@@ -156,7 +156,7 @@ impl Temporary {
     }
 }
 
-/// A link replaces no file, a renaming does.
+/// A hard link cannot replace a file; renaming can.
 #[cfg(target_os = "linux")]
 fn name(file: &File, path: &Path) -> io::Result<()> {
     use rustix::fs::{AtFlags, CWD, linkat};
@@ -168,7 +168,7 @@ fn name(file: &File, path: &Path) -> io::Result<()> {
         linked => return linked,
     }
     let hidden = path.with_file_name(format!("{PREFIX}{}-{}", std::process::id(), file.as_raw_fd()));
-    // Of a process of this number that was killed here.
+    // A killed process with the same number may have left this file.
     let _ = fs::remove_file(&hidden);
     link(&hidden)?;
     fs::rename(&hidden, path).inspect_err(|_| {
@@ -176,7 +176,7 @@ fn name(file: &File, path: &Path) -> io::Result<()> {
     })
 }
 
-/// Whether a file begins like HDF5. (A file named so without a signature is damaged, not a case.)
+/// Whether the file begins with HDF5's signature.
 pub fn is_hdf5(path: &Path) -> bool {
     let mut head = [0u8; 8];
     File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && head == *b"\x89HDF\r\n\x1a\n"
@@ -213,7 +213,7 @@ pub(super) fn number_of(found: &fs::Metadata) -> Option<(u64, u64)> {
     }
 }
 
-/// Whether both paths lead to the same file, through any links.
+/// Whether both paths lead to the same file, possibly through links.
 pub fn same_file(a: &Path, b: &Path) -> bool {
     let numbers = [a, b].map(|path| fs::metadata(path).ok().and_then(|found| number_of(&found)));
     match (numbers, a.canonicalize(), b.canonicalize()) {

@@ -136,7 +136,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// The error with this reason for a file.
+    /// Returns the error with this reason for the file at `path`.
     pub fn of(self, path: &Path) -> ResultError {
         ResultError {
             path: path.to_owned(),
@@ -192,7 +192,7 @@ impl ResultError {
         )
     }
 
-    /// An operating system's error in creating a file.
+    /// Error of the operating system on creating a file.
     pub fn not_created(path: &Path, source: io::Error) -> Self {
         match Self::io(path, "creating the file", source).reason {
             Reason::Io { source, .. } => Reason::NotCreated(source).of(path),
@@ -220,7 +220,7 @@ impl ResultError {
         if in_use { Reason::InUse } else { Reason::Damaged(detail) }.of(path)
     }
 
-    /// An operating system's error at `path`.
+    /// Error of the operating system during `action` at `path`.
     pub fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         let folder = super::disk::folder_of(path);
         let reason = match source.kind() {
@@ -236,12 +236,12 @@ impl ResultError {
     }
 }
 
-/// Outermost and innermost message of HDF5's error stack, with the operating system's message if there is one.
+/// Outermost and innermost message of HDF5's error stack, and the operating system's message if there is one.
 pub(super) fn describe(error: &hdf5::Error) -> String {
     let Some(stack) = error.stack() else {
         return error.to_string();
     };
-    // It has names from the file, which the binding takes for UTF-8.
+    // The stack contains names from the file, which the binding takes for UTF-8.
     let frames: Vec<String> = stack
         .iter()
         .map(|frame| String::from_utf8_lossy(frame.desc().as_bytes()).into_owned())
@@ -250,7 +250,7 @@ pub(super) fn describe(error: &hdf5::Error) -> String {
     let inner = frames.last().map_or("", String::as_str);
     let system = frames.iter().find(|frame| frame.contains("errno"));
     let system = system.map_or(inner, String::as_str);
-    // Only the system's words: HDF5 adds buffers and offsets.
+    // HDF5 adds buffers and offsets to the system's words.
     match system
         .split_once("error message = '")
         .and_then(|(_, rest)| rest.split_once('\''))

@@ -1,4 +1,4 @@
-//! HDF5 files of other programs: any layout, numeric columns by path.
+//! HDF5 files of other programs: numeric columns by path, whatever the layout.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,7 +12,6 @@ use super::source::{DatasetInfo, Holds, Object, Source};
 #[derive(Debug)]
 pub struct ForeignFile {
     source: Arc<Source>,
-    /// In alphabetical order of the paths.
     infos: Vec<(String, DatasetInfo)>,
     left_out: Vec<(String, String)>,
     names: Vec<String>,
@@ -20,18 +19,17 @@ pub struct ForeignFile {
     texts: Vec<String>,
 }
 
-/// Cached bytes of each variable: larger compressed chunks are unpacked again for every block of rows. A dozen
+/// Bytes cached for each variable. A larger compressed chunk is unpacked again for every block of rows. A dozen
 /// variables stay below 200 MiB.
 const CHUNK_CACHE: usize = 16 << 20;
 const CODES: usize = 1 << 20;
 
 impl ForeignFile {
-    /// Opens a file and lists its numeric variables of one or two dimensions, and its text columns. Variables beyond
-    /// this program's limits, or stored in other files, are left out.
+    /// Opens a file and lists its text columns and its numeric variables of one or two dimensions. Variables beyond
+    /// this program's limits or stored in other files are left out.
     ///
     /// # Errors
-    /// A file that is missing, not HDF5, truncated, damaged, or locked by its writer; a file without a readable
-    /// variable.
+    /// The file is missing, not HDF5, truncated, damaged, locked by its writer, or without a readable variable.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let source = Source::open_with(path, Some(CHUNK_CACHE))?;
         let (mut infos, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
@@ -89,12 +87,12 @@ impl ForeignFile {
         &self.texts
     }
 
-    /// Paths of numeric variables with no or more than two dimensions.
+    /// Paths of numeric variables with no dimension or more than two.
     pub fn unshaped(&self) -> &[String] {
         &self.unshaped
     }
 
-    /// Paths of unreadable variables, with reasons: "holds ...", "cannot be read ...".
+    /// Paths of unreadable variables, each with its reason: "holds ...", "cannot be read ...".
     pub fn left_out(&self) -> &[(String, String)] {
         &self.left_out
     }
@@ -104,7 +102,7 @@ impl ForeignFile {
         Some(&self.infos[found].1)
     }
 
-    /// Rows, or rows and columns, of a variable.
+    /// Number of rows, or of rows and columns, of a variable.
     pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
         Some(self.info(name)?.shape.clone())
     }
@@ -114,7 +112,7 @@ impl ForeignFile {
         self.source.text_attribute(name, attribute::UNITS).ok()?
     }
 
-    /// A column of a variable, for reading in parts. Fails if there is no such variable.
+    /// A variable, to be read in parts. Fails if there is no such variable.
     pub fn column(&self, name: &str) -> Result<ForeignColumn, ResultError> {
         if self.info(name).is_none() {
             return Err(self.source.missing(format!("variable {name}")));
@@ -125,8 +123,8 @@ impl ForeignFile {
         })
     }
 
-    /// A one-dimensional variable of texts or integers, as texts; invalid UTF-8 is replaced. Fails if there is no such
-    /// variable, or it has another type.
+    /// Values of a one-dimensional variable of texts or integers, as texts. Invalid UTF-8 is replaced. Fails if there
+    /// is no such variable, or if it has another type.
     pub fn texts(&self, name: &str) -> Result<Vec<String>, ResultError> {
         let Some(info) = self.info(name) else {
             return Err(self.source.missing(format!("variable {name}")));
@@ -153,7 +151,7 @@ pub struct ForeignColumn {
 }
 
 impl ForeignColumn {
-    /// A part of the variable: a range of each dimension, the last one fastest. Fails if the file is damaged there.
+    /// Reads a part of the variable: a range of each dimension, the last one fastest. Fails if it is damaged there.
     pub fn read(&self, part: &[Range<usize>]) -> Result<Vec<f64>, ResultError> {
         self.source.read(&self.name, part)
     }

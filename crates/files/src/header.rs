@@ -25,14 +25,14 @@ pub struct Header {
     pub extension: schema::Extension,
 }
 
-/// End of a run.
+/// How a run ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Status {
     /// The run reached the end of the case.
     Complete,
-    /// Ended by the user or by a kill; earlier results are good.
+    /// The user or a kill ended the run; the results until then are good.
     Interrupted,
-    /// Failed with this message; earlier results are good.
+    /// The run failed with this message; the results until then are good.
     Failed(String),
 }
 

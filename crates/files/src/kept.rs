@@ -1,4 +1,4 @@
-//! Rows of a run in memory, in the columns of a result file.
+//! Rows of a run in memory, with the columns of a result file.
 
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, TableSchema};
@@ -41,7 +41,7 @@ pub struct KeptRows {
 }
 
 impl KeptRows {
-    /// For a run whose files have this extension.
+    /// An empty recorder for a run whose files have this extension.
     pub fn new(extension: &Extension) -> Self {
         KeptRows {
             tables: schema::all_tables(extension).into_iter().map(KeptTable::new).collect(),
@@ -51,7 +51,7 @@ impl KeptRows {
         }
     }
 
-    /// Removes all rows, for a run with this extension.
+    /// Removes all rows, and prepares for a run with this extension.
     pub fn emptied(self, extension: &Extension) -> Self {
         KeptRows {
             events_alone: self.events_alone,
@@ -59,7 +59,7 @@ impl KeptRows {
         }
     }
 
-    /// Keeps no samples and no pieces.
+    /// From now on, samples and pieces of the dense output are not kept.
     pub fn events_alone(mut self) -> Self {
         self.events_alone = true;
         self
@@ -96,29 +96,28 @@ impl TableRows for KeptRows {
 /// A view of [`KeptRows`] whose columns may be stored elsewhere.
 #[derive(Debug)]
 pub struct KeptView<'a> {
-    /// Columns of [`KeptRows::tables`]. Further columns, such as that of the witness in a table that is shown whole, are not
-    /// written: what they say is in [`KeptEnd`].
+    /// Columns of [`KeptRows::tables`]. Further columns of a displayed table, such as the witness's, are not written:
+    /// [`KeptEnd`] holds their contents.
     pub tables: Vec<Vec<Values<'a>>>,
     /// [`KeptRows::order`].
     pub order: &'a [u8],
 }
 
 impl KeptView<'_> {
-    /// The first columns of a row.
     pub(super) fn row(&self, table: usize, row: usize, columns: usize) -> Vec<f64> {
         let columns = self.tables[table].iter().take(columns);
         columns.map(|column| column.at(row)).collect()
     }
 }
 
-/// Parts of a result file besides its rows.
+/// Parts of a result file that are not rows.
 #[derive(Debug)]
 pub struct KeptEnd<'a> {
     /// Status of the run.
     pub status: &'a Status,
-    /// Attributes of /stick_slip, and rows after the recorded ones.
+    /// Attributes of /stick_slip, and its rows after the recorded ones.
     pub stick_slip: &'a StickSlipTable,
-    /// Results of another method.
+    /// Results of a second method.
     pub witness: &'a [Addition],
     /// Wall time, s.
     pub wall_time: f64,

@@ -1,9 +1,9 @@
-//! How does it lie on disk? Tables of results in HDF5 files that are also valid netCDF-4; no physics.
+//! How do results lie on disk? Tables of results in HDF5 files that are also valid netCDF-4; no physics.
 //!
-//! A run streams into `NAME.partial.h5` through [`ResultWriter`]. The partial file is marked interrupted and flushed block by block;
-//! [`ResultWriter::finish`] gives a complete run its own name and a seal. [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files
-//! of other programs, [`SweepFile`] and [`ContinuationFile`] those of studies. [`KeptRows`] keeps the columns of a run in memory.
-//! Every name, unit and code is in [`schema`].
+//! A run streams into `NAME.partial.h5` through [`ResultWriter`]. The partial file is marked as interrupted and
+//! flushed block by block. [`ResultWriter::finish`] gives a complete run its own name and a seal. [`ResultFile`]
+//! reads both, [`ForeignFile`] reads HDF5 files of other programs, and [`SweepFile`] and [`ContinuationFile`] read
+//! those of studies. [`KeptRows`] keeps the columns of a run in memory. Every name, unit and code is in [`schema`].
 //!
 //! ```
 //! use stickslip_files::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable, check};
@@ -37,22 +37,23 @@
 //! # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
 //! ```
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | [`schema`] | names, units, descriptions and codes |
-//! | `writer`, `rows`, `table`, [`packed`], `values`, `attributes` | a run written as it is computed: rows, tables, chunks, columns, attributes |
-//! | `header`, `stick_slip`, `certificate` | what a file says besides its rows |
+//! | `writer`, `rows`, `table`, [`packed`], `values`, `attributes` | a run, written while it is computed: rows, tables, chunks, columns, attributes |
+//! | `header`, `stick_slip`, `certificate` | parts of a file that are not rows |
 //! | `sweep`, `work_precision`, `continuation` | the files of studies |
 //! | `kept` | the rows of a run in memory |
-//! | `target`, `lock`, [`disk`] | where a file goes, who writes it, files on the disk |
-//! | `reader`, `dense`, `contents` | reading tables, polynomials, and what a file holds |
-//! | `source`, `raw` | a file that this process did not write, opened with care; HDF5 calls that the binding lacks |
+//! | `target`, `lock`, [`disk`] | place of a file, its writer, and files on the disk |
+//! | `reader`, `dense`, `contents` | readers of tables and polynomials, and a listing of a file |
+//! | `source`, `raw` | careful access to a file that this process did not write; HDF5 calls that the binding lacks |
 //! | `foreign` | HDF5 files of other programs |
-//! | `check`, `seal` | whether a file is as it was written |
-//! | `error` | what can go wrong |
+//! | `check`, `seal` | checks whether a file is as it was written |
+//! | `error` | errors of files |
 //!
-//! The crate reads no case: a file holds its text and its numbers in SI as TOML. It writes neither CSV nor NPZ nor MAT (the module
-//! `export` of `stickslip` does). A seal shows damage. It is no protection against malice.
+//! The crate reads no case: a file holds the case's text, and its parameters in SI as TOML. The crate writes neither
+//! CSV nor NPZ nor MAT; the module `export` of `stickslip` does. A seal shows damage, but is no protection against
+//! malice.
 
 mod attributes;
 mod certificate;

@@ -1,4 +1,4 @@
-//! Lock of a partial file: its writer, and its flushes.
+//! Lock of a partial file: who writes it, and when it is flushed.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::disk::number_of;
 use super::{Reason, ResultError};
 
-/// Beginnings and ends of flushes of the file at `path` so far, odd during a flush. `None` if nobody writes it.
+/// Number of beginnings and ends of flushes of the file at `path`; odd during a flush. `None` if nobody writes it.
 pub(super) fn flushes(path: &Path) -> Option<u64> {
     let mut lock = open_plain(&lock_path(path), OpenOptions::new().read(true)).ok()?;
     match lock.try_lock_shared() {
@@ -19,10 +19,10 @@ pub(super) fn flushes(path: &Path) -> Option<u64> {
     }
 }
 
-/// Opens a plain file: links are not followed, and pipes, whose other end may never open, are not waited for.
+/// Opens a plain file. Links are not followed, and a pipe, whose other end may never open, does not block.
 fn open_plain(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     let refused = || io::Error::new(io::ErrorKind::InvalidInput, "it is not a plain file");
-    // Checked before opening, which acts on some devices.
+    // Checked first, because opening acts on some devices.
     if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
         return Err(refused());
     }
@@ -40,7 +40,6 @@ fn open_plain(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     }
 }
 
-/// `.paper.partial.h5.lock` for `paper.partial.h5`.
 pub(super) fn lock_path(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
@@ -48,10 +47,10 @@ pub(super) fn lock_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// The right to write one partial file, held until it is dropped.
+/// The exclusive right to write one partial file, held until it is dropped.
 ///
-/// The lock is on a hidden file next to the partial file, because HDF5 readers lock what they open, and would be
-/// refused. The operating system releases the lock of a killed run; the next run takes over its lock file.
+/// The lock is on a hidden file next to the partial file: HDF5 readers lock the file that they open, and would be
+/// refused. The operating system releases the lock of a killed run, and the next run takes over its lock file.
 #[derive(Debug)]
 pub(super) struct WriteLock {
     path: PathBuf,
@@ -62,7 +61,7 @@ pub(super) struct WriteLock {
 impl WriteLock {
     pub(super) fn take(partial: &Path) -> Result<Self, ResultError> {
         let path = lock_path(partial);
-        // A link, a pipe or a folder is not this program's: the target of a link is neither created nor locked.
+        // A link, a pipe or a folder is not this program's. The target of a link is neither created nor locked.
         if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
             return Err(Reason::Foreign.of(&path));
         }
@@ -82,13 +81,13 @@ impl WriteLock {
                 Err(TryLockError::WouldBlock) => {
                     return Err(Reason::AnotherRun.of(partial));
                 }
-                // Some network file systems have no locks: two runs into one file go unnoticed there.
+                // Some network file systems have no locks. Two runs that write one file go unnoticed there.
                 Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),
             }
             // The previous run may have removed the file before it was locked here.
             if is_at(&file, &path) {
                 let mut lock = WriteLock { path, file, count: 0 };
-                // Resets the count of a killed run; a full disk fails here.
+                // The count of a killed run is reset. A full disk fails here.
                 let zero = lock.file.set_len(0).and_then(|()| lock.write_count());
                 return match zero {
                     Ok(()) => Ok(lock),
@@ -100,10 +99,10 @@ impl WriteLock {
 }
 
 impl WriteLock {
-    /// Counts the beginning or end of a flush, during which the file is inconsistent ([`flushes`]).
+    /// Counts the beginning or the end of a flush, during which the file is inconsistent ([`flushes`]).
     pub(super) fn count_flush(&mut self) {
         self.count += 1;
-        // On a full disk readers get no warning.
+        // On a full disk readers are not warned.
         let _ = self.write_count();
     }
 
@@ -113,7 +112,6 @@ impl WriteLock {
         self.file.write_all(&self.count.to_le_bytes())
     }
 
-    /// A hidden name in the same folder, reserved for the holder of the lock.
     pub(super) fn sibling(&self) -> PathBuf {
         self.path.with_extension("new")
     }
@@ -121,7 +119,7 @@ impl WriteLock {
 
 impl Drop for WriteLock {
     fn drop(&mut self) {
-        // Removed under the lock, so that no other file is removed; the sibling exists only after a failed write.
+        // Under the lock, so that no other writer's file is removed. The sibling exists only after a failed write.
         let _ = fs::remove_file(self.sibling());
         let _ = fs::remove_file(&self.path);
     }
@@ -131,7 +129,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     let numbers = [file.metadata(), fs::metadata(path)].map(|found| found.ok().and_then(|found| number_of(&found)));
     match numbers {
         [Some(a), Some(b)] => a == b,
-        // Without file numbers: assumes so. With them, the file has just been removed.
+        // Without file numbers the paths are assumed to agree. With them, the file has just been removed.
         _ => cfg!(not(unix)) && path.exists(),
     }
 }

@@ -1,12 +1,12 @@
-//! Chunks as HDF5 stores them: the filters shuffle, deflate and Fletcher-32, applied outside the library, whose zlib
-//! takes twice the instructions of libdeflate. Readers see ordinary filters.
+//! Chunks as HDF5 stores them. The filters shuffle, deflate and Fletcher-32 are applied outside the library, whose
+//! zlib needs twice the instructions of libdeflate. Readers see ordinary filters.
 
 use libdeflater::{CompressionLvl, Compressor};
 
 use super::raw::RowRange;
 use super::values::StoredNumber;
 
-/// The lowest level packs shuffled doubles almost as well as the others, in a third of the time.
+/// The lowest level compresses shuffled doubles almost as well as the others, in a third of the time.
 pub(super) const DEFLATE_LEVEL: u8 = 1;
 
 /// Start of a zlib stream: deflate with a window of 32 KiB, fast compression.
@@ -14,11 +14,10 @@ const ZLIB_HEADER: [u8; 2] = [0x78, 0x01];
 
 const LONGEST_STORED: usize = 65_535;
 
-/// Sampled bytes of a plane, evenly spread so that stretches of equal values are found.
+/// Number of sampled bytes of a plane, evenly spread so that stretches of equal values are found.
 const LOOKED_AT: usize = 512;
 
-/// Pairs of equal sampled bytes above which a plane is no noise; noise has 511 on average, with a standard deviation of
-/// 23.
+/// A plane with more pairs of equal sampled bytes than this is not noise. Noise has 511 +- 23 (standard deviation).
 const NOISE_PAIRS: u32 = 600;
 
 pub(super) struct Packer {
@@ -36,7 +35,7 @@ impl Packer {
         }
     }
 
-    /// Writes the chunk of `length` rows of `dataset` at row `start`: `values`, then zeros.
+    /// Writes the chunk of `length` rows of `dataset` at row `start`: `values`, followed by zeros.
     pub(super) fn write<T: StoredNumber>(
         &mut self,
         dataset: &RowRange,
@@ -50,8 +49,8 @@ impl Packer {
         dataset.write_chunk(start, &self.packed[..size])
     }
 
-    /// Packs planes of `plane` bytes, and returns the packed length. The last digits of a measured or computed number
-    /// are noise: a third of the planes, incompressible. They come first, and are stored unchanged.
+    /// Packs planes of `plane` bytes, and returns the packed length. The last digits of a measured or computed value
+    /// are noise: a third of the planes is incompressible. These planes come first, and are stored unchanged.
     fn deflate(&mut self, plane: usize) -> hdf5::Result<usize> {
         let noise = self
             .shuffled
@@ -69,7 +68,7 @@ impl Packer {
         let mut end = 0;
         put(packed, &mut end, &ZLIB_HEADER);
         for block in blocks {
-            // A stored block, not the last: length, and its complement.
+            // A stored block that is not the last: its length, and the complement of the length.
             let length = block.len() as u16;
             put(packed, &mut end, &[0]);
             put(packed, &mut end, &length.to_le_bytes());
@@ -90,7 +89,7 @@ fn put(packed: &mut [u8], end: &mut usize, bytes: &[u8]) {
     *end += bytes.len();
 }
 
-/// One plane of `length` bytes for each byte of the values, padded with zeros.
+/// Splits the values into planes of `length` bytes, one for each byte of a value, padded with zeros.
 fn shuffle<T: StoredNumber>(values: &[T], length: usize, planes: &mut [u8]) {
     let (blocks, rest) = values.as_chunks::<8>();
     for (block, start) in blocks.iter().zip((0..).step_by(8)) {
@@ -119,7 +118,6 @@ fn transposed(mut rows: [u64; 8]) -> [u64; 8] {
     rows
 }
 
-/// Whether all bytes are equally frequent, so that compression is useless.
 fn is_noise(plane: &[u8]) -> bool {
     let stride = plane.len() / LOOKED_AT;
     if stride == 0 {
@@ -135,12 +133,13 @@ fn is_noise(plane: &[u8]) -> bool {
     pairs < NOISE_PAIRS
 }
 
-/// Checksum of HDF5's filter: Fletcher's, of 16-bit words, high byte first. A multiple of 65535 becomes 65535 unless
-/// every word is 0. Modulo 65535 swapping the bytes multiplies by 256, so that words are summed as they are stored.
+/// Checksum of HDF5's Fletcher-32 filter: a sum of 16-bit words, high byte first. A multiple of 65535 becomes 65535
+/// unless every word is 0. Swapping the bytes of a word is a multiplication by 256 modulo 65535, so that the words
+/// are summed as they are stored.
 pub fn fletcher32(bytes: &[u8]) -> u32 {
     let (words, last) = bytes.as_chunks::<2>();
     let (mut first, mut second) = (0_u64, 0_u64);
-    // No sum of this many words overflows.
+    // So few words cannot overflow the sum.
     for words in words.chunks(1 << 16) {
         for &word in words {
             first += u64::from(u16::from_le_bytes(word));

@@ -5,7 +5,6 @@ use super::schema;
 use stickslip_system::numerics::chebyshev::COEFFICIENTS;
 use stickslip_system::record::{Cycle, DensePiece, Event, Recorder, RecorderError, Sample, Segment};
 
-/// Positions in [`schema::tables`]; tables of the dense output follow.
 pub(super) const TRAJECTORY: usize = 0;
 pub(super) const EVENTS: usize = 1;
 pub(super) const SEGMENTS: usize = 2;
@@ -13,11 +12,11 @@ pub(super) const STICK_SLIP: usize = 3;
 pub(super) const PIECES: usize = 4;
 pub(super) const PIECE_COEFFICIENTS: usize = 5;
 
-/// Takes table rows, with a value for every variable of the table in the order of the schema.
+/// A receiver of table rows, which have a value for every variable of the table in the order of the schema.
 pub(super) trait TableRows {
     fn rows(&self, table: usize) -> usize;
 
-    /// Takes a row in consecutive parts; ignored if the table does not exist.
+    /// Takes a row in consecutive parts. A row of a table that does not exist is ignored.
     fn take(&mut self, table: usize, row: &[&[f64]]) -> Result<(), ResultError>;
 
     /// Values of the next row beyond [`State`](stickslip_system::record::State).
@@ -33,7 +32,7 @@ pub(super) trait TableRows {
     }
 }
 
-/// Makes recorders of types that take rows. (A blanket implementation would also cover types of other crates.)
+/// Implements the recorder for types that take rows. A blanket implementation would also cover types of other crates.
 macro_rules! record_rows {
     ($($takes:ty),*) => {$(
         impl Recorder for $takes {
@@ -116,7 +115,7 @@ macro_rules! record_rows {
 
 record_rows!(super::kept::KeptRows, super::writer::ResultWriter);
 
-/// "erk-NAME" counts as "erk".
+/// "erk-NAME" has the code of "erk".
 fn solver_code(solver: &str) -> i8 {
     let named = |name: &str| schema::SOLVERS.iter().find(|flag| flag.1 == name).map(|flag| flag.0);
     named(solver)

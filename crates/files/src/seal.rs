@@ -1,22 +1,21 @@
-//! The last line of a file: the CRC-32 of all bytes before it.
+//! Seal of a file: its last line holds the CRC-32 of all bytes before it.
 //!
-//! HDF5 has no checksum for most of its metadata. The line follows the HDF5 file, so that any damage is found without
-//! HDF5. HDF5 ignores the line, and cuts it off when it opens the file for changes: a missing line is no damage.
+//! HDF5 has no checksum for most of its metadata. The line follows the HDF5 file, so that damage is found without
+//! HDF5. HDF5 ignores the line, and cuts it off when it opens the file for changes. A missing line is no damage.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 const START: &str = "stickslip CRC-32 ";
-/// Bytes of the line: start, eight digits, line end.
 const LENGTH: usize = START.len() + 9;
-/// Smallest number of bytes by which a truncated line is recognised.
+/// Bytes from which on a truncated line is recognised.
 const SHORTEST: usize = 6;
 const BLOCK: usize = 1 << 20;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seal {
-    /// No seal: the file is of an earlier version, changed by another program, or of a killed run.
+    /// The file has no seal: it is of an earlier version, changed by another program, or left by a killed run.
     Absent,
     Intact,
     Broken,
@@ -28,7 +27,7 @@ pub(super) fn write(path: &Path) -> io::Result<()> {
     let line = line(sum(&mut file, length)?);
     let written = file.write_all(line.as_bytes());
     if written.is_err() {
-        // Half a line would condemn an intact file.
+        // Half a line would make an intact file look damaged.
         let _ = file.set_len(length);
     }
     written
@@ -41,7 +40,7 @@ pub(super) fn read(path: &Path) -> io::Result<Seal> {
         && end.checked_add(LENGTH as u64).is_some_and(|end| end < length)
         && line_at(&mut file, end)?.starts_with(START.as_bytes())
     {
-        // HDF5 would not notice appended bytes.
+        // HDF5 would not notice the appended bytes.
         return Ok(Seal::Broken);
     }
     let Some(length) = length.checked_sub(LENGTH as u64) else {
@@ -64,7 +63,7 @@ fn end_of_hdf5(file: &mut File) -> io::Result<Option<u64>> {
         return Ok(None);
     }
     file.read_exact(&mut head)?;
-    // The offset depends on the version; addresses have eight bytes.
+    // The offset depends on the superblock's version. Addresses have eight bytes.
     let at = match head[8] {
         0 if head[13] == 8 => 40,
         2 | 3 if head[9] == 8 => 28,
@@ -80,7 +79,6 @@ fn line_at(file: &mut File, place: u64) -> io::Result<[u8; LENGTH]> {
     Ok(line)
 }
 
-/// Whether these last bytes are a seal's line, even a damaged or truncated one.
 fn is_line(last: &[u8; LENGTH]) -> bool {
     let alike = |lost: usize| {
         last[lost..]

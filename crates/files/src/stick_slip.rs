@@ -1,16 +1,15 @@
-//! Statistics of a run's stick-slip.
+//! Statistics of stick-slip in a run.
 
 use super::schema;
 use stickslip_system::record::Cycle;
 
-/// The table /stick_slip. Cycle k (0-based) is stick k and the slip after it; its period is from stick k to stick k+1.
-/// The final stick has no duration, so there are one fewer cycles than sticks.
+/// The table /stick_slip. Cycle k (from 0) is stick k with the slip after it; its period is the time from stick k to
+/// stick k+1. The final stick has no duration, so that there is one cycle less than sticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StickSlipTable {
     /// Cycles; empty if the writer has recorded them already.
     pub cycles: Vec<Cycle>,
-    /// Attributes: quantities, counts, and further quantities. NaN if a quantity does not exist in the run (onset
-    /// without a stick).
+    /// Attributes: quantities and counts. A quantity that the run lacks, such as an onset without a stick, is NaN.
     pub attributes: Vec<Extra>,
 }
 
@@ -28,7 +27,7 @@ pub struct Extra {
 }
 
 impl Extra {
-    /// A quantity; NaN without a value.
+    /// A quantity; `None` is stored as NaN.
     pub fn new(name: &str, unit: &str, description: &str, value: Option<f64>) -> Self {
         Extra {
             name: name.to_owned(),
@@ -54,13 +53,13 @@ impl Default for StickSlipTable {
 }
 
 impl StickSlipTable {
-    /// A quantity or a count; `None` if it is unknown.
+    /// Value of a quantity or a count; `None` if there is none.
     pub fn value(&self, name: &str) -> Option<f64> {
         let found = self.attributes.iter().find(|attribute| attribute.name == name);
         found.map(|attribute| attribute.value).filter(|value| !value.is_nan())
     }
 
-    /// Sets a quantity or a count; NaN without a value.
+    /// Sets a quantity or a count; `None` is stored as NaN.
     pub fn set(&mut self, name: &str, value: Option<f64>) {
         for attribute in self.attributes.iter_mut().filter(|attribute| attribute.name == name) {
             attribute.value = value.unwrap_or(f64::NAN);

@@ -1,4 +1,4 @@
-//! Files, groups and growing tables: the parts of every HDF5 writer.
+//! Files, groups and growing tables: the common parts of all HDF5 writers.
 
 use std::path::Path;
 
@@ -38,7 +38,7 @@ pub(super) struct TableWriter {
     chunk: usize,
     written: usize,
     rows: usize,
-    /// Rows of the last, incomplete chunk in the file and of later ones, row by row: chunks are written as a whole.
+    /// Rows of the last, incomplete chunk in the file and all later rows, row by row. Chunks are written as a whole.
     buffer: Vec<f64>,
 }
 
@@ -73,18 +73,17 @@ impl TableWriter {
         })
     }
 
-    /// Rows in the file, without the buffer.
+    /// Number of rows in the file, without the buffer.
     pub(super) fn written(&self) -> usize {
         self.written
     }
 
-    /// Rows, with the buffer.
     pub(super) fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Buffers a row in consecutive parts; true if it completes a chunk. Numbers are converted to the nearest of their
-    /// column's type.
+    /// Buffers a row that comes in consecutive parts. Returns true if the row completes a chunk. Numbers are rounded
+    /// to the type of their column.
     pub(super) fn push(&mut self, row: &[&[f64]]) -> bool {
         let end = self.buffer.len() + self.columns.len();
         row.iter().for_each(|part| self.buffer.extend_from_slice(part));
@@ -109,7 +108,7 @@ impl TableWriter {
         Ok(())
     }
 
-    /// Writes a column's chunks with new values; the first `known` buffered ones are in the file.
+    /// Writes the chunks of a column that have new values. The first `known` buffered values are in the file already.
     fn write_column<T: StoredNumber>(&mut self, index: usize, known: usize) -> hdf5::Result<()> {
         let width = self.columns.len();
         let dataset = &self.columns[index].dataset;
@@ -129,10 +128,10 @@ impl TableWriter {
     }
 }
 
-/// Creates a file in the earliest formats, which every reader knows, with variables in the order of creation.
+/// Creates a file in the earliest HDF5 format, which every reader knows, with variables in the order of creation.
 pub(super) fn create_file(path: &Path) -> hdf5::Result<hdf5::File> {
     hdf5::File::with_options()
-        // HDF5's own lock would exclude readers; `WriteLock` excludes writers.
+        // HDF5's own lock would exclude readers. `WriteLock` excludes writers.
         .with_fapl(|access| {
             access
                 .file_locking(false)
@@ -142,7 +141,7 @@ pub(super) fn create_file(path: &Path) -> hdf5::Result<hdf5::File> {
             create
                 .link_creation_order(LinkCreationOrder::Indexed)
                 .obj_track_times(false)
-                // Freed space is not reused: until the next flush the disk's metadata refers to it.
+                // Freed space is not reused: until the next flush the metadata on disk refers to it.
                 .file_space_strategy(FileSpaceStrategy::None)
         })
         .create_excl(path)
@@ -159,7 +158,6 @@ pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
         .create(name)
 }
 
-/// Properties of a table's columns, made once.
 struct ColumnForms {
     shape: Dataspace,
     link: LinkCreate,
@@ -176,8 +174,8 @@ impl ColumnForms {
                 .chunk(chunk)
                 .fill_time(FillTime::Alloc)
                 .finish()?,
-            // No cache: a chunk is written to new space at the end of the file, to which no metadata on disk refers,
-            // and the next flush writes metadata only.
+            // Without a cache every chunk is written to new space at the end of the file. No metadata on disk refers
+            // to this space, and the next flush writes metadata only.
             access: DatasetAccess::build().chunk_cache(1, 0, 0.0).finish()?,
         })
     }

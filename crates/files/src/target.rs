@@ -20,8 +20,8 @@ pub enum Overwrite {
     Force,
 }
 
-/// The right to write one result, held until it is dropped. A long computation takes it first, so that obstacles to
-/// writing are known before.
+/// The exclusive right to write one result, held until it is dropped. A long computation takes it first, so that an
+/// obstacle to writing is known early.
 #[derive(Debug)]
 pub struct Reservation {
     pub(super) path: PathBuf,
@@ -31,15 +31,15 @@ pub struct Reservation {
 }
 
 impl Reservation {
-    /// Reserves `path` and its partial file.
+    /// Reserves `path` and its partial file for one writer.
     ///
     /// # Errors
-    /// Errors of [`check_target`]; another run that writes the same file; a folder or a disk that takes no file.
+    /// Errors of [`check_target`]; another run that writes the same file; a folder or a disk that accepts no file.
     pub fn take(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<Self, ResultError> {
         check_target(path, overwrite, inputs)?;
         let partial = partial_path(path);
         let lock = WriteLock::take(&partial)?;
-        // Left by an earlier writer that failed.
+        // A failed writer may have left this file.
         let _ = fs::remove_file(lock.sibling());
         Ok(Reservation {
             path: path.to_owned(),
@@ -49,8 +49,9 @@ impl Reservation {
         })
     }
 
-    /// Writes a whole file: under its own name if `status` is complete, otherwise as the partial file. Returns the
-    /// path. It is made under the lock's name, so that half of it is never seen; on failure an earlier file stays.
+    /// Writes a whole file and returns its path: its own name if `status` is complete, otherwise the partial file.
+    /// The file is made under the lock's name, so that half a file is never seen. After a failure an earlier file
+    /// remains.
     pub(super) fn put(
         &self,
         status: &Status,
@@ -81,12 +82,12 @@ pub(super) fn save(path: &Path) -> Result<(), ResultError> {
 pub(super) fn rename(made: &Path, path: &Path, overwrite: Overwrite) -> Result<(), ResultError> {
     check_replaceable(path, overwrite)?;
     fs::rename(made, path).map_err(|error| ResultError::io(path, "giving the finished file its name", error))?;
-    // The folder's entry too; not every system can, and the file itself is already safe.
+    // The folder's entry is flushed, too. Not every system can do this, and the file itself is safe already.
     let _ = fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all());
     Ok(())
 }
 
-/// `paper.h5` is written as `paper.partial.h5`, next to it.
+/// Path of the partial file, in the same folder: `paper.partial.h5` for `paper.h5`.
 pub fn partial_path(path: &Path) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(".partial.");
@@ -94,17 +95,17 @@ pub fn partial_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Extensions of formats that no result is in. The name of a result says that it is HDF5, or says nothing.
+/// Extensions of other file formats, which no result may have.
 const OTHER_FORMATS: [&str; 24] = [
     "csv", "tsv", "txt", "dat", "json", "toml", "npz", "npy", "mat", "m", "py", "parquet", "feather", "arrow", "xlsx",
     "xls", "ods", "html", "md", "svg", "png", "pdf", "zip", "gz",
 ];
 
-/// Checks, before a computation, that a run may write its result to `path`.
+/// Checks, before a computation, whether a run may write its result to `path`.
 ///
 /// # Errors
-/// `path` or its partial file is an input, a folder, in a missing folder, a file that `overwrite` protects, locked by
-/// another program, named like another format, or with too long a name.
+/// `path` or its partial file is an input, a folder, in a missing folder, protected by `overwrite`, locked by another
+/// program, named like another format, or has too long a name.
 pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<(), ResultError> {
     if path.to_str().is_none() {
         return Err(Reason::NotUtf8.of(path));
@@ -121,14 +122,13 @@ pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Re
     if OTHER_FORMATS.iter().any(|other| extension.eq_ignore_ascii_case(other)) {
         return Err(Reason::OtherFormat(path.with_extension("h5")).of(path));
     }
-    // The longest name of those beside it.
+    // The lock has the longest name of the three files.
     if fs::symlink_metadata(lock_path(files[1])).is_err_and(|error| error.kind() == ErrorKind::InvalidFilename) {
         return Err(Reason::NameTooLong.of(path));
     }
     files.iter().try_for_each(|file| check_replaceable(file, overwrite))
 }
 
-/// Whether an existing file at `path` may be replaced.
 pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(), ResultError> {
     let obstacle = in_the_way(path, overwrite == Overwrite::Force, is_own_result)?;
     obstacle.map_or(Ok(()), |obstacle| Err(refusal(obstacle, path)))
@@ -148,8 +148,8 @@ fn refusal(obstacle: Obstacle, path: &Path) -> ResultError {
     reason.of(path)
 }
 
-/// Whether `path` holds a result of this program. A partial file that a kill during a flush left unreadable counts by
-/// its name and HDF5's signature.
+/// Whether `path` holds a result of this program. A partial file that a kill during a flush left unreadable is
+/// recognised by its name and HDF5's signature.
 fn is_own_result(path: &Path) -> Result<bool, ResultError> {
     let begins = has_hdf5_signature(path).map_err(|error| ResultError::io(path, "reading the file", error));
     if !begins? {

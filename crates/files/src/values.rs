@@ -1,4 +1,4 @@
-//! Values of a column in its four types, in memory and in a file.
+//! Values of a column, of one of four types, in memory and in a file.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use super::schema::{StorageKind, Variable};
 
 pub(super) trait StoredNumber: H5Type + Copy + Into<OwnedDynValue> {
     fn of(value: f64) -> Self;
-    /// Bytes as in the file, the first one lowest.
+    /// Bytes as in the file, the first byte lowest.
     fn bytes(self) -> u64;
 }
 
@@ -58,7 +58,6 @@ pub enum Values<'a> {
     Float64(Cow<'a, [f64]>),
 }
 
-/// Applies an expression to the values of any type.
 macro_rules! each {
     ($values:expr, $list:ident => $then:expr) => {
         match $values {
@@ -102,7 +101,7 @@ impl Values<'_> {
         }
     }
 
-    /// Value of a row; counts are at most 2^53.
+    /// Value of a row as a double, exact because counts are at most 2^53.
     pub(super) fn at(&self, row: usize) -> f64 {
         match self {
             Values::Int8(list) => f64::from(list[row]),
@@ -112,7 +111,6 @@ impl Values<'_> {
         }
     }
 
-    /// Adds the nearest value of the type.
     pub(super) fn push(&mut self, value: f64) {
         each!(self, list => list.to_mut().push(StoredNumber::of(value)));
     }
@@ -128,7 +126,7 @@ pub struct FileColumn {
 }
 
 impl FileColumn {
-    /// A column of doubles; NaN if a value is missing.
+    /// A column of doubles. A missing value is NaN.
     pub fn numbers(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
         FileColumn {
             variable: Variable::quantity(name, units, long_name),
@@ -144,7 +142,7 @@ impl FileColumn {
         }
     }
 
-    /// A column of codes, with their meanings.
+    /// A column of codes. `words` lists the meanings.
     pub fn codes(name: &str, long_name: &str, values: impl IntoIterator<Item = i8>, words: Vec<(i64, String)>) -> Self {
         let mut variable = Variable::code(name, long_name, &[]);
         variable.flags = words;

@@ -1,4 +1,4 @@
-//! File of a work-precision study: small, and so written whole at the end.
+//! File of a work-precision study. It is small, and written as a whole at the end.
 
 use std::path::{Path, PathBuf};
 
@@ -8,8 +8,8 @@ use super::table::{TableWriter, create_file, create_group};
 use super::target::Reservation;
 use super::{AttributeValue, ResultError, Status, schema};
 
-/// A row of /runs without its index, in the order of its variables; NaN for missing values. The method is an index into
-/// [`WorkPrecisionFile::methods`].
+/// A row of /runs without its index, in the order of the variables; NaN for missing values. The method is an index
+/// into [`WorkPrecisionFile::methods`].
 pub type WorkPrecisionRow = [f64; 13];
 
 /// Contents of a study's file.
@@ -40,19 +40,19 @@ pub struct WorkPrecisionFile {
 }
 
 impl WorkPrecisionFile {
-    /// Writes the file at a reserved place: under its own name if the study is complete, otherwise as its partial file.
-    /// Returns the path. Fails if it cannot be written.
+    /// Writes the file at a reserved place: under its own name if the study is complete, otherwise as its partial
+    /// file. Returns the path. Fails if the file cannot be written.
     pub fn write(&self, place: &Reservation, status: &Status) -> Result<PathBuf, ResultError> {
         place.put(status, |made| self.store(made, status))
     }
 
-    /// Whether the file at `path` is a work-precision study's.
+    /// Whether the file at `path` is a work-precision study.
     pub fn is_one(path: &Path) -> bool {
         Source::is_of_format(path, schema::WORK_PRECISION_FORMAT)
     }
 
-    /// Reads the data of a figure: title, methods, runs, description of the reference, uncertainties. Fails if the file
-    /// is missing, of another kind, of a newer version, or damaged.
+    /// Reads the data of a figure: title, methods, runs, description of the reference, uncertainties. Fails if the
+    /// file is missing, of another kind, of a newer version, or damaged.
     pub fn read(path: &Path) -> Result<WorkPrecisionFile, ResultError> {
         let source = Source::open_format(path, schema::WORK_PRECISION_FORMAT)?;
         let methods = source.described("runs/method")?.flags.into_iter().map(|flag| flag.1);

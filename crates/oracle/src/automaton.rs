@@ -19,19 +19,20 @@ use stickslip_system::model::system::{ContactLaw, ExactSystem, KickSide, Pressin
 use stickslip_system::model::{BreakawayTest, KickTime, Mode};
 use stickslip_system::record::EventKind;
 
-/// Largest order at which the first nonzero coefficient is sought.
+/// Largest order up to which the first nonzero coefficient is searched.
 const LEADING: usize = 8;
 
-/// Bits of the state that the rounding of one step takes. If the numbers are longer than the precision, the state is
-/// cut off, by this many bits beyond the precision. The run then has the error of that precision, and
-/// [`solve`](super::solve()) can tell it from a run of higher precision.
+/// Bits of the state lost to the rounding of one step. If the numbers are longer than the precision, the state is cut
+/// off, this many bits beyond the precision. The run then has the error of that precision, and
+/// [`solve`](super::solve()) can distinguish it from a run of higher precision.
 const ROUNDED_BITS: usize = 5;
 
-/// Solves the model from t = 0 to the end time of `options`. `control` gets the time (s) every few steps; its `Break`
-/// ends the run with an error.
+/// Solves the model from t = 0 to the end time of `options`. `control` gets the time (s) every few steps; if it
+/// returns `Break`, the run ends with an error.
 ///
 /// # Errors
-/// An unknown precision or breakaway test, an exhausted event budget, a degenerate motion, two surfaces without inertia.
+/// An unknown precision or breakaway test, an exhausted event budget, a degenerate motion, two surfaces without
+/// inertia.
 pub fn run(
     parameters: &ExactSystem,
     options: &OracleOptions,
@@ -75,7 +76,7 @@ fn run_with<const N: usize>(
     })
 }
 
-/// State of the stability margin. It is watched up to the first stick, and only if sliding slows down by itself.
+/// State of the stability margin. It is watched until the first stick, and only if sliding slows down by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ExactMarginWatch {
     Stable,
@@ -100,23 +101,24 @@ struct ExactRun<const N: usize> {
     state: State<N>,
     mode: Mode,
     watch: ExactMarginWatch,
-    /// Sign of omega_r in an engaged contact.
+    /// Sign of omega_r in a contact without stick.
     sense: i8,
-    /// The stick speed of an engaged contact, and whether |omega_r| is above it.
+    /// The stick speed of a contact without stick, and whether |omega_r| is above it.
     threshold: Option<(Float<N>, bool)>,
-    /// Knots of the friction law, the number of knots below the slip speed, and whether the last knot ends the law.
+    /// Knots of the friction law; the number of knots below the slip speed; whether the last knot ends the law.
     knots: Vec<Float<N>>,
     piece: usize,
     ends: bool,
     /// Guards that the last event left at zero, with the number of their leading coefficients that vanish.
     zeros: Vec<(ExactGuard, usize)>,
-    /// For a take-off from stick: 2 if breakaway and low-speed friction are equal, since omega_r' then also
-    /// starts at 0.
+    /// For a breakaway: 2 if breakaway and low-speed friction are equal, because omega_r' then also starts at 0;
+    /// otherwise 1.
     take_off_zeros: usize,
-    /// The ringing of an open contact is below its floor: it stays open up to the next corner.
+    /// Whether the ringing of an open contact is below its floor, so that the contact stays open up to the next
+    /// corner.
     stays_open: bool,
     corners: VecDeque<BigRational>,
-    /// Timed kicks to come, in order, and kicks that wait for the instability.
+    /// Timed kicks that are still to come, in order, and kicks that wait for the instability.
     kicks: VecDeque<(Float<N>, ExactKick<N>)>,
     waiting: Vec<ExactKick<N>>,
     samples_due: VecDeque<Float<N>>,
@@ -172,7 +174,7 @@ impl<const N: usize> ExactRun<N> {
         let mut run = ExactRun {
             bits,
             state: State {
-                // They follow from the speeds of the ends, which are known once the run exists.
+                // Follows from the speeds of the ends, which are known once the run exists.
                 chains: Default::default(),
                 axial: actuation.is_some().then(|| [Float::zero(); 2]),
                 deflection: match &exact.contact {
@@ -343,7 +345,7 @@ impl<const N: usize> ExactRun<N> {
         }
     }
 
-    /// Adds `delta` to omega_r with the momentum kept.
+    /// Adds `delta` to omega_r and keeps the momentum.
     fn jump(&mut self, delta: &Float<N>) {
         let [rotor, stator] = self.model.shares;
         self.push(ROTOR, &(delta * &rotor));
@@ -355,8 +357,8 @@ impl<const N: usize> ExactRun<N> {
         self.jump(&-&relative);
     }
 
-    /// Mode of surfaces with equal speed: stick, or slip in the sense of the transmitted torque if it exceeds the
-    /// limit.
+    /// Mode of surfaces with equal speed: stick, or slip in the sense of the transmitted torque if the torque exceeds
+    /// the limit.
     fn settled(&self) -> Mode {
         let [transmitted, limit] = self.expansion(ExactRegime::Stick, 0).stick_test(&self.model);
         let limit = if limit.signum() > 0 { limit } else { Float::zero() };
@@ -394,7 +396,7 @@ impl<const N: usize> ExactRun<N> {
         }
     }
 
-    /// Finds the sign of omega_r in an engaged contact; at zero the sign with which it leaves zero.
+    /// Finds the sign of omega_r in a contact without stick; at zero, the sign with which omega_r leaves zero.
     fn find_sense(&mut self) {
         self.sense = match self.relative_velocity().signum() {
             0 => {
@@ -447,7 +449,7 @@ impl<const N: usize> ExactRun<N> {
             .map(|course| course.advance(corner, &self.model.table))
             .collect();
         if jumps.iter().any(|jump| !jump.is_zero()) {
-            // After the jump, a take-off at this instant is no longer tangential.
+            // After the jump, a breakaway at this instant is no longer tangential.
             for (_, count) in self.zeros.iter_mut().filter(|(guard, _)| *guard == ExactGuard::Stop) {
                 *count = 1;
             }
@@ -475,8 +477,9 @@ impl<const N: usize> ExactRun<N> {
         if of_force { self.pressing_at_corner() } else { Ok(()) }
     }
 
-    /// At a corner, an open contact may no longer stay open: it closes if the force stands at zero and leaves it with
-    /// F, or stands beyond zero. A closed contact opens likewise, under a given force also if that stands beyond zero.
+    /// Decides about the contact at a corner, where an open contact may no longer stay open. It closes if the force
+    /// stands at zero and leaves it upwards with F, or if it stands beyond zero. A closed contact opens likewise;
+    /// under a given force, also if that stands beyond zero.
     fn pressing_at_corner(&mut self) -> Result<(), OracleError> {
         self.stays_open = false;
         let open = self.mode == Mode::Separated;
@@ -525,7 +528,7 @@ impl<const N: usize> ExactRun<N> {
         }
     }
 
-    /// Sign with which a given force leaves zero, and whether it already stands beyond zero.
+    /// Sign with which a given force leaves zero, and whether it stands beyond zero already.
     fn leaving(&self) -> (i8, bool) {
         let Some(course) = self.model.force else {
             return (0, false);
@@ -572,7 +575,6 @@ impl<const N: usize> ExactRun<N> {
         });
     }
 
-    /// After a jump of omega_r in slip or in an engaged contact: handles a change of its sign.
     fn turned(&mut self) -> Result<(), OracleError> {
         if self.mode == Mode::Engaged {
             self.find_sense();
@@ -684,7 +686,6 @@ impl<const N: usize> ExactRun<N> {
         })
     }
 
-    /// One step: to the next guard, the next time event, or the end of the series' reach.
     fn step(&mut self) -> Result<(), OracleError> {
         let sliding = matches!(self.mode, Mode::SlipForward | Mode::SlipBackward | Mode::Engaged);
         if sliding && self.ends && self.piece == self.knots.len() {
@@ -792,7 +793,7 @@ impl<const N: usize> ExactRun<N> {
             }
             ExactGuard::Contact => {
                 self.close()?;
-                // Not if the force already stood beyond zero.
+                // Not if the force stood beyond zero already.
                 if !at_once {
                     self.zeros.push((ExactGuard::Separation, 1));
                 }

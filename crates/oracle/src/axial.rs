@@ -1,4 +1,4 @@
-//! The axial motion, which is independent of the rest and presses the surfaces together.
+//! The axial motion, which is independent of the other motions and presses the surfaces together.
 
 use super::float::Float;
 use super::pieces::{ExactPiece, pieces};
@@ -28,7 +28,7 @@ impl<const N: usize> ExactAxialMotion<N> {
         }
     }
 
-    /// F_n without its clamp, -c_a z' - k_e z, N.
+    /// F_n without its clamp at zero, -c_a z' - k_e z, N.
     pub fn normal_force(&self, z: &Float<N>, z_dot: &Float<N>) -> Float<N> {
         -&(&(&self.damping * z_dot) + &(&self.stiffness * z))
     }
@@ -37,7 +37,7 @@ impl<const N: usize> ExactAxialMotion<N> {
         &(normal - force) * &self.per_mass
     }
 
-    /// The free part of z and z': the deviation from the straight line of linear F.
+    /// The free part of z and z': the deviation from the straight line under linear F.
     fn free_part(&self, [z, z_dot]: [&Float<N>; 2], [force, slope]: [&Float<N>; 2]) -> [Float<N>; 2] {
         let drift = slope.over(&self.stiffness);
         let straight = (force - &(&self.damping * &drift)).over(&self.stiffness);
@@ -52,14 +52,14 @@ pub(super) struct Actuation<const N: usize> {
     /// Whether F presses just before the next corner.
     presses_at_end: bool,
     later: VecDeque<ExactPiece>,
-    /// Amplitude below which a ringing open contact stays open, m.
+    /// Amplitude below which an open contact that rings stays open, m.
     ringing_floor: f64,
     /// m / k_e, s^2.
     time_squared: f64,
 }
 
 impl<const N: usize> Actuation<N> {
-    /// Returns also whether the force presses from t = 0 on.
+    /// Also returns whether the force presses from t = 0 on.
     pub fn new(
         signal: &Signal<BigRational>,
         ringing_floor: &BigRational,
@@ -117,8 +117,8 @@ impl<const N: usize> Actuation<N> {
         (z * z + z_dot * z_dot * self.time_squared).sqrt() < self.ringing_floor
     }
 
-    /// Sign with which the pressing force leaves zero at a corner of F, and whether it stood beyond zero already.
-    /// Changes within an instant count as immediate.
+    /// Sign with which the pressing force leaves zero at a corner of F, and whether the force stood beyond zero
+    /// already. Changes within an instant count as immediate.
     pub fn leaving(&self, motion: &ExactAxialMotion<N>, [z, z_dot]: [&Float<N>; 2]) -> (i8, bool) {
         let [force, slope] = &self.now.1;
         let normal = motion.normal_force(z, z_dot);

@@ -1,4 +1,4 @@
-//! The torque of the contact, rotor on stator: slip by the friction law, and engaged contacts.
+//! The torque of the contact, rotor on stator: slip by the friction law, and contacts without stick.
 
 use super::elementary::Elementary;
 use super::float::Float;
@@ -55,12 +55,12 @@ pub(super) struct ContactSeries<const N: usize> {
     shapes: Shapes<N>,
     /// Shape times F_n in slip; empty for a zero shape.
     pressed: Vec<Float<N>>,
-    /// r mu, in an engaged contact.
+    /// r mu, in a contact without stick.
     coefficient: Vec<Float<N>>,
     /// y = x/eps, and k y_k.
     ratio: Vec<Float<N>>,
     rate: Vec<Float<N>>,
-    /// tanh y or arctan y, its derivative by y, and the auxiliary series: their product, or 1 + y^2.
+    /// tanh y or arctan y; its derivative by y; and the auxiliary series: the product of both, or 1 + y^2.
     smooth: Vec<Float<N>>,
     slope: Vec<Float<N>>,
     auxiliary: Vec<Float<N>>,
@@ -68,7 +68,7 @@ pub(super) struct ContactSeries<const N: usize> {
     factor: Vec<Float<N>>,
     /// z/g.
     loading: Vec<Float<N>>,
-    /// 1 over the first coefficient of what is divided by.
+    /// 1 over the first coefficient of the divisor.
     per_first: Float<N>,
     /// 2/pi, for arctan.
     per_half_pi: Float<N>,
@@ -143,8 +143,8 @@ impl<const N: usize> ContactSeries<N> {
         if sense < 0 { -&torque } else { torque }
     }
 
-    /// 2 R + 2 r F_n mu'(s omega_r) of a slip, N m s/rad. Without resistance F_n, which is positive, is left out: the
-    /// margin is zero with it, and has the sign of the slope of friction.
+    /// 2 R + 2 r F_n mu'(s omega_r) of a slip, N m s/rad. Without resistance the factor F_n, which is positive, is
+    /// left out: the margin then has the sign of the slope of friction.
     pub fn margin(
         &self,
         contact: &ExactContact<N>,
@@ -207,7 +207,7 @@ impl<const N: usize> ContactSeries<N> {
                     self.per_first = Float::from_f64(1.0).over(&coefficient);
                 }
                 let deflection = self.deflection[k];
-                // g q = z, with r on both sides.
+                // g q = z, with the factor r on both sides.
                 let loading = quotient(
                     &(radius * &deflection),
                     &self.coefficient,
@@ -262,7 +262,7 @@ impl<const N: usize> ContactSeries<N> {
         }
     }
 
-    /// Series that limit a step, with their least size (log2); only the deflection has one.
+    /// Series that limit a step, with their least size (log2). Only the deflection has one.
     pub fn deciding(&self, deflection: f64) -> impl Iterator<Item = (&[Float<N>], f64)> {
         let bristles = if self.loading.is_empty() {
             &[][..]

@@ -1,4 +1,4 @@
-//! Signals: stretches between corners, on which a signal is linear plus harmonics.
+//! Signals: stretches between corners, in which a signal is linear plus harmonics.
 
 use super::elementary::Elementary;
 use super::float::Float;
@@ -21,7 +21,7 @@ struct CourseStretch<const N: usize> {
     exact_start: BigRational,
     start: Float<N>,
     linear: [Float<N>; 2],
-    /// Step of the linear part at the start.
+    /// Jump of the linear part at the start.
     step: Float<N>,
     waves: Vec<usize>,
 }
@@ -55,7 +55,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Whether a wave acts right after `time`.
+/// Whether a wave acts just after `time`.
 fn acts(wave: &Wave<BigRational>, time: &BigRational) -> bool {
     wave.from.as_ref().is_none_or(|from| from <= time) && wave.to.as_ref().is_none_or(|to| time < to)
 }
@@ -134,7 +134,7 @@ impl<const N: usize> SignalCourse<N> {
         largest + waves.sum::<f64>()
     }
 
-    /// Enters the stretch that begins at `corner`, if any; returns the jump of the signal there.
+    /// Enters the stretch that begins at `corner`, if there is one; returns the jump of the signal there.
     pub fn advance(&mut self, corner: &BigRational, table: &Elementary<N>) -> Float<N> {
         let next = self.current + 1;
         if self
@@ -174,7 +174,6 @@ impl<const N: usize> SignalCourse<N> {
 }
 
 impl<const N: usize> HarmonicCourse<N> {
-    /// The wave, and its derivative by the angle.
     fn derivatives(&self, time: &Float<N>, table: &Elementary<N>) -> [Float<N>; 2] {
         let [sine, cosine] = table.sine_and_cosine(&(&(&self.omega * time) + &self.phase));
         match self.shape {
@@ -183,7 +182,7 @@ impl<const N: usize> HarmonicCourse<N> {
         }
     }
 
-    /// Value where the wave begins or ends; zero up to rounding counts as zero.
+    /// Value where the wave begins or ends. A value that is zero up to rounding counts as zero.
     fn at_corner(&self, time: &Float<N>, table: &Elementary<N>) -> Float<N> {
         let [value, _] = self.derivatives(time, table);
         let angle = (&self.omega * time).log2().max(self.phase.log2()).max(0.0);
@@ -196,7 +195,7 @@ impl<const N: usize> HarmonicCourse<N> {
 pub(super) struct CourseSeries<const N: usize> {
     pub coefficients: Vec<Float<N>>,
     linear: [Float<N>; 2],
-    /// For each wave: its next coefficient, the source of the one after it, and omega.
+    /// For each wave: its next coefficient, the source of the following coefficient, and omega.
     waves: Vec<([Float<N>; 2], Float<N>)>,
 }
 

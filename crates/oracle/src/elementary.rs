@@ -5,7 +5,7 @@ use num_bigint::{BigInt, BigUint};
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
-/// Constants of the arithmetic.
+/// Tables and constants of the arithmetic.
 #[derive(Debug)]
 pub struct Elementary<const N: usize> {
     /// 1/k; 1 for k = 0.
@@ -58,7 +58,7 @@ impl<const N: usize> Elementary<N> {
         }
     }
 
-    /// The angle with tangent y: a double near it, corrected by the tangent of the difference.
+    /// The angle whose tangent is y: a double near it, corrected by the tangent of the difference.
     pub fn arc_tangent(&self, y: &Float<N>) -> Float<N> {
         let near = Float::from_f64(y.to_f64().atan());
         let [sine, cosine] = self.sine_and_cosine(&near);
@@ -73,7 +73,7 @@ impl<const N: usize> Elementary<N> {
         &near + &sum
     }
 
-    /// tanh y and 1 - tanh^2 y, for y near 0 or positive; the second is accurate to its own last bits.
+    /// tanh y and 1 - tanh^2 y, for y near 0 or positive. The second is accurate to its own last bits.
     pub fn hyperbolic_tangent(&self, y: &Float<N>) -> [Float<N>; 2] {
         let one = Float::from_f64(1.0);
         let e = (&-y - y).exp(&self.ln_2, &self.reciprocals);
@@ -83,7 +83,7 @@ impl<const N: usize> Elementary<N> {
     }
 }
 
-/// Machin: pi = 16 arctan(1/5) - 4 arctan(1/239).
+/// pi = 16 arctan(1/5) - 4 arctan(1/239) (Machin).
 pub fn pi<const N: usize>() -> Float<N> {
     let unit = BigUint::one() << (Float::<N>::BITS + 64);
     let inverse = |n: u32| {

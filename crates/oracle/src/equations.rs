@@ -1,9 +1,9 @@
 //! The equations of two chains of inertias as recurrences of Taylor coefficients.
 //!
-//! Both chains share one form, with a sign: +1 for the rotor, whose twists are outer less inner angle, and -1 for the
-//! stator. With speeds w from the contact outwards, w_i = w_(i+1) - sign times the rate of shaft i. A shaft's torque
-//! S_i acts with that sign on its inner inertia and against it on its outer one. The torque T of the contact acts
-//! against it on the surface.
+//! Both chains share one form, with a sign: +1 for the rotor, whose twists are outer minus inner angle, and -1 for the
+//! stator. With the speeds w from the contact outwards, w_i = w_(i+1) - sign times the rate of shaft i. The torque S_i
+//! of a shaft acts with that sign on its inner inertia and against it on its outer one. The torque T of the contact
+//! acts against the sign on the surface.
 
 use super::axial::ExactAxialMotion;
 use super::contact::{ContactSeries, ExactContact};
@@ -20,7 +20,8 @@ use stickslip_system::model::system::{End, ExactSystem, Pressing, Train};
 pub(super) const ROTOR: usize = 0;
 pub(super) const STATOR: usize = 1;
 
-/// The regime of the equations. Slip and engaged contact: the sign of omega_r and the piece of the friction law.
+/// The regime of the equations. Slip and contacts without stick have the sign of omega_r and the piece of the friction
+/// law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ExactRegime {
     Open,
@@ -61,7 +62,7 @@ pub(super) struct ChainState<const N: usize> {
     pub rate: Vec<Float<N>>,
     /// Speed of a free outermost inertia, rad/s.
     pub free: Option<Float<N>>,
-    /// Angle of that inertia, rad: a quadrature, independent of the rest.
+    /// Angle of that inertia, rad: a quadrature, on which nothing else depends.
     pub angle: Float<N>,
 }
 
@@ -81,7 +82,7 @@ pub(super) struct Chain<const N: usize> {
     damping: Vec<Float<N>>,
     viscous: Vec<Float<N>>,
     pub far: Far,
-    /// Index of the signal, and of the inertia.
+    /// Indices of the signal and of the inertia.
     torque: Option<(usize, usize)>,
 }
 
@@ -109,7 +110,6 @@ impl<const N: usize> Chain<N> {
         }
     }
 
-    /// `value`, or -`value` for the stator.
     pub fn signed(&self, value: &Float<N>) -> Float<N> {
         if self.rotor { *value } else { -value }
     }
@@ -136,15 +136,15 @@ impl<const N: usize> Chain<N> {
 #[derive(Debug)]
 pub(super) struct Model<const N: usize> {
     pub chains: [Chain<N>; 2],
-    /// J_1/(J_1 + J_2) and J_2/(J_1 + J_2): shares of rotor and stator in a jump of omega_r.
+    /// Shares of rotor and stator in a jump of omega_r: J_1/(J_1 + J_2) and J_2/(J_1 + J_2).
     pub shares: [Float<N>; 2],
-    /// 1/(J_1 + J_2); zero if one of them is infinite.
+    /// 1/(J_1 + J_2); zero if one of the inertias is infinite.
     per_sum: Float<N>,
     pub axial: Option<ExactAxialMotion<N>>,
     pub force: Option<usize>,
     breakaway: Float<N>,
-    /// 2 R of the margin of steady sliding, N m s/rad; `None` if sliding does not slow down by itself, or nothing can
-    /// swing.
+    /// 2 R of the margin of steady sliding, N m s/rad; `None` if sliding does not slow down by itself, or if no
+    /// surface can swing.
     pub twice_resistance: Option<Float<N>>,
     pub contact: ExactContact<N>,
     pub table: Elementary<N>,
@@ -194,7 +194,7 @@ struct ChainSeries<const N: usize> {
     free: Vec<Float<N>>,
     angle: Vec<Float<N>>,
     speed: Vec<Vec<Float<N>>>,
-    /// The newest coefficient: the torque on each inertia, then its acceleration.
+    /// The newest coefficients: the torque on each inertia, then its acceleration.
     next: Vec<Float<N>>,
 }
 
@@ -249,7 +249,7 @@ impl<const N: usize> ExactExpansion<N> {
         }
     }
 
-    /// Extends the coefficients to `order`; guards then have this order, and the state one more.
+    /// Extends the coefficients to `order`. The guards then have this order, and the state the next higher one.
     pub fn extend(&mut self, model: &Model<N>, order: usize) {
         for k in self.normal.len()..=order.min(largest_order(Float::<N>::BITS)) {
             self.next(model, k);
@@ -283,7 +283,7 @@ impl<const N: usize> ExactExpansion<N> {
             self.sum_torques(chain, c, k);
         }
         let far = [ROTOR, STATOR].map(|c| self.far_acceleration(&model.chains[c], k));
-        // T, and with it the surfaces.
+        // The torque T, and with it the surfaces.
         let torque = match self.regime {
             ExactRegime::Open => {
                 self.contact.rest();
@@ -340,7 +340,6 @@ impl<const N: usize> ExactExpansion<N> {
         }
     }
 
-    /// Takes coefficient k of the speeds of a chain; returns the surface's.
     fn push_speeds(&mut self, chain: &Chain<N>, c: usize, k: usize) -> Float<N> {
         let ChainSeries { rate, speed, free, .. } = &mut self.chains[c];
         let mut outer = match chain.far {
@@ -358,7 +357,7 @@ impl<const N: usize> ExactExpansion<N> {
         outer
     }
 
-    /// Coefficient k of V'; zero for an end that is not driven.
+    /// Coefficient k of V' of a driven end; zero for other ends.
     fn far_acceleration(&self, chain: &Chain<N>, k: usize) -> Float<N> {
         match chain.far {
             Far::Driven(course) => {
@@ -369,7 +368,7 @@ impl<const N: usize> ExactExpansion<N> {
         }
     }
 
-    /// Takes coefficient k of the torque on each inertia of a chain, without the contact's.
+    /// Sets coefficient k of the torque on each inertia of a chain, without the contact's torque.
     fn sum_torques(&mut self, chain: &Chain<N>, c: usize, k: usize) {
         let ChainSeries {
             twist,
@@ -396,7 +395,7 @@ impl<const N: usize> ExactExpansion<N> {
         }
     }
 
-    /// mu_0 r F_n - s T_f: the reserve against breakaway in the sense s, N m.
+    /// mu_0 r F_n - s T_f, the reserve against breakaway in the sense s, N m.
     pub fn reserve(&self, model: &Model<N>, sense: i8) -> Vec<Float<N>> {
         let pairs = self.normal.iter().zip(&self.transmitted);
         pairs
@@ -421,7 +420,7 @@ impl<const N: usize> ExactExpansion<N> {
         }
     }
 
-    /// T_f and mu_0 r F_n at the present time, in stick.
+    /// T_f and mu_0 r F_n at the present time in stick, N m.
     pub fn stick_test(&self, model: &Model<N>) -> [Float<N>; 2] {
         [self.transmitted[0], &model.breakaway * &self.normal[0]]
     }
@@ -491,7 +490,6 @@ fn transmitted<const N: usize>(model: &Model<N>, sums: [Option<&Float<N>>; 2], f
     }
 }
 
-/// The speeds of all inertias of a state, and of the surfaces; `ends` are the speeds of driven ends.
 pub(super) fn speeds<const N: usize>(
     model: &Model<N>,
     state: &State<N>,

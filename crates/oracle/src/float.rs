@@ -1,10 +1,10 @@
-//! Binary floating-point numbers of N words, stored in place: they allocate nothing, and the compiler knows N. The
-//! oracle's speed comes from this, and from inner products that are aligned once and normalised once.
+//! Binary floating-point numbers of N words, stored in place: they need no allocation, and the compiler knows N. The
+//! speed of the exact solver comes from this, and from inner products that are aligned once and normalised once.
 //!
-//! Results are truncated: the error is less than one unit in the last place (in an inner product: of its largest term).
-//! The guard digits of a run absorb it.
+//! Results are truncated: the error is less than one unit in the last place (in an inner product: of its largest
+//! term). The guard digits of a run absorb it.
 
-// Carries run through the words of two numbers, which indices show more plainly than iterators.
+// Carries run through the words of two numbers, which is clearer with indices than with iterators.
 #![allow(clippy::needless_range_loop)]
 
 use super::number::ExactDouble;
@@ -19,7 +19,8 @@ pub(super) const WORD_BITS: usize = 64;
 /// Exponents of finite nonzero numbers are smaller in magnitude.
 const LARGEST_EXPONENT: i64 = 1 << 39;
 
-/// Exponent of a number that is not finite, and minus that of zero: no product with a finite number changes their kind.
+/// Exponent of a number that is not finite; zero has minus this exponent. No product with a finite number changes the
+/// kind.
 const NO_EXPONENT: i64 = 2 * LARGEST_EXPONENT;
 
 /// Plus or minus 0.mantissa times 2^exponent.
@@ -32,14 +33,15 @@ pub struct Float<const N: usize> {
     negative: bool,
 }
 
-/// A product of two mantissas, in [1/4, 1): N words and one more below. Or a part of it.
+/// A product of two mantissas, in [1/4, 1), or a part of it: N words and one more below.
 #[derive(Clone, Copy)]
 struct Wide<const N: usize> {
     words: [u64; N],
     below: u64,
 }
 
-/// The first N + 1 words of the product, without carries from lower words: an error below N 2^-64 of the last word.
+/// The first N + 1 words of the product, without carries from lower words. The error is below N 2^-64 of the last
+/// word.
 #[inline(always)]
 fn product<const N: usize>(a: &[u64; N], b: &[u64; N]) -> Wide<N> {
     let mut wide = Wide {
@@ -66,7 +68,7 @@ fn product<const N: usize>(a: &[u64; N], b: &[u64; N]) -> Wide<N> {
     wide
 }
 
-/// The low word of two, shifted right by less than a word.
+/// The low one of two words, shifted right by less than a word.
 #[inline(always)]
 fn funnel(high: u64, low: u64, by: u32) -> u64 {
     (((u128::from(high) << WORD_BITS) | u128::from(low)) >> by) as u64
@@ -185,7 +187,6 @@ impl<const N: usize> Wide<N> {
         self.cancelled(exponent, negative)
     }
 
-    /// Like [`Self::normalised`], after whole words have cancelled.
     #[cold]
     #[inline(never)]
     fn cancelled(&self, exponent: i64, negative: bool) -> Float<N> {
@@ -235,7 +236,7 @@ impl<const N: usize> Float<N> {
         if exponent > 0 { Self::LOST } else { Self::zero() }
     }
 
-    /// Keeps the first `bits` of the mantissa.
+    /// Keeps the first `bits` of the mantissa, and clears the others.
     pub fn cut(&mut self, bits: usize) {
         let mut beyond = Self::BITS.saturating_sub(bits);
         for word in &mut self.words {
@@ -311,7 +312,7 @@ impl<const N: usize> Float<N> {
         self.scaled(0)
     }
 
-    /// self/2^exponent as a double; 0 below its range.
+    /// self/2^exponent as a double; 0 below the range of doubles.
     pub fn scaled(&self, exponent: i64) -> f64 {
         let below = if N > 1 {
             self.words[N - 2] as f64 * 2f64.powi(-64)
@@ -351,19 +352,19 @@ impl<const N: usize> Float<N> {
         Self::quotient(&self.mantissa(), &divisor.mantissa(), exponent, negative)
     }
 
-    /// Whether it is exactly zero.
+    /// Whether the number is exactly zero.
     #[inline]
     pub fn is_zero(&self) -> bool {
         self.words[N - 1] == 0
     }
 
-    /// Whether it is finite.
+    /// Whether the number is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.exponent < LARGEST_EXPONENT
     }
 
-    /// -1, 0 or 1.
+    /// Sign: -1, 0 or 1.
     #[inline]
     pub fn signum(&self) -> i8 {
         match self.is_zero() {
@@ -373,7 +374,7 @@ impl<const N: usize> Float<N> {
         }
     }
 
-    /// Exactly half.
+    /// The exact half.
     #[inline]
     pub fn half(&self) -> Self {
         let mut half = *self;
@@ -435,7 +436,7 @@ impl<const N: usize> Float<N> {
             borrow = first | second;
         }
         if borrow {
-            // With equal exponents the second was larger.
+            // With equal exponents the second number was larger.
             let mut carry = true;
             for word in &mut words {
                 (*word, carry) = (!*word).overflowing_add(u64::from(carry));
@@ -469,7 +470,7 @@ impl<const N: usize> Float<N> {
         sum.finish(largest)
     }
 
-    /// e^self. `reciprocals`: 1/k from k = 0, enough for a Taylor series on |r| <= ln 2 / 2.
+    /// e^self. `reciprocals` are 1/k from k = 0, enough for a Taylor series on |r| <= ln 2 / 2.
     pub fn exp(&self, ln_2: &Self, reciprocals: &[Self]) -> Self {
         let one = Self::from_f64(1.0);
         if self.is_zero() {

@@ -1,14 +1,15 @@
 //! What is the truth? The equations are solved a second time, by Taylor series with up to 611 digits.
 //!
-//! [`run`] solves a system with exact numbers ([`ExactSystem`](stickslip_system::model::system::ExactSystem)) to a precision.
-//! [`solve`](fn@solve) repeats it with more digits until those that are asked for are known to be true for every event.
+//! [`run`] solves a system with exact numbers ([`ExactSystem`](stickslip_system::model::system::ExactSystem)) to a
+//! precision. [`solve`](fn@solve) repeats this with more digits, until the requested digits of every event are known to
+//! be correct.
 //!
-//! The oracle shares the parameters with the rest of the program, and the names of modes and events. It shares neither the code of
-//! the equations nor the logic of events. If both agree, both are right, or both misread the model (docs/model.md) in the same
-//! way.
+//! The oracle shares the parameters and the names of modes and events with the rest of the program. It shares neither
+//! the code of the equations nor the logic of events. If both agree, both are right, or both misread the model
+//! (docs/model.md) in the same way.
 //!
-//! A mass of 1 kg on a spring of 1 N/m slides on the ground, whose friction is 1 N. From x = 3.5 m it turns after a half period and
-//! stops after a whole one:
+//! A mass of 1 kg on a spring of 1 N/m slides on the ground, whose friction is 1 N. It starts at x = 3.5 m, turns after
+//! half a period, and stops after a whole period:
 //!
 //! ```
 //! use num_rational::BigRational;
@@ -62,10 +63,10 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | `float` | floating-point numbers of some machine words, in which everything is computed |
-//! | `number` | what comes out, exact to and from rationals and decimals |
+//! | `float` | floating-point numbers of several machine words, in which everything is computed |
+//! | `number` | numbers of the results, converted exactly to and from rationals and decimals |
 //! | `elementary` | sine, cosine, arc tangent and hyperbolic tangent |
-//! | `pieces` | a signal without harmonics, line by line |
+//! | `pieces` | a signal without harmonics, as linear pieces |
 //! | `courses` | all signals between their corners |
 //! | `axial` | the axial motion and the force that drives it |
 //! | `friction` | the friction laws as recurrences |
@@ -76,11 +77,11 @@
 //! | `steps` | order and length of a step from the precision |
 //! | `roots` | the first zero of a guard on a step, or the proof that there is none |
 //! | `automaton` | modes, events, kicks and corners; its guards in `guards` |
-//! | `report` | what a run gives |
-//! | `solve` | runs with more and more bits, until as many digits as wanted are known to be true |
+//! | `report` | the result of a run |
+//! | `solve` | runs with increasing precision, until the requested digits are known to be correct |
 //!
-//! The crate does not say how many digits of another run are true (`stickslip-analysis` does). It has no method without location of
-//! events, and of the breakaway tests only the exact one.
+//! The crate does not say how many digits of another run are correct; `stickslip-analysis` does. It always locates
+//! events, and knows only the exact breakaway test.
 
 mod automaton;
 mod axial;
@@ -110,12 +111,12 @@ pub use solve::{OracleProgress, OracleRequest, OracleSolution, solve};
 
 use num_rational::BigRational;
 
-/// Bits of the precision beyond the requested digits, for the rounding of sums.
+/// Bits beyond the requested digits, for the rounding of sums.
 const GUARD_BITS: f64 = 18.0;
 
 const MOST_WORDS: usize = 32;
 
-/// Fewest and most significant decimal digits of a run: what one word and 32 words of 64 bits hold.
+/// Fewest and most significant decimal digits of a run: the capacities of one word and of 32 words of 64 bits.
 pub const DIGITS: std::ops::RangeInclusive<u32> = 13..=611;
 
 /// The least precision, in words, for a number of digits; `None` outside [`DIGITS`].
@@ -129,7 +130,6 @@ fn words_beyond(words: usize) -> Option<usize> {
     (words < MOST_WORDS).then_some(words + 1)
 }
 
-/// Decimal digits of a precision in words, less [`GUARD_BITS`].
 fn digits_of(words: usize) -> u32 {
     (((words * float::WORD_BITS) as f64 - GUARD_BITS) / std::f64::consts::LOG2_10) as u32
 }
@@ -137,19 +137,20 @@ fn digits_of(words: usize) -> u32 {
 /// Options of an oracle run.
 #[derive(Debug, Clone)]
 pub struct OracleOptions {
-    /// Significant decimal digits of the arithmetic, in [`DIGITS`]. The results have fewer correct digits, by the
-    /// growth of perturbations in the case.
+    /// Significant decimal digits of the arithmetic, in [`DIGITS`]. The results have fewer correct digits, because
+    /// perturbations grow in the case.
     pub digits: u32,
     /// End time, s.
     pub end_time: BigRational,
-    /// Further times at which the state is recorded; s, increasing.
+    /// Further times at which the state is recorded, s, increasing.
     pub sample_times: Vec<BigRational>,
     /// Largest number of events.
     pub max_events: usize,
-    /// |omega_r| (rad/s) below which an engaged contact counts as stuck: an event "stick" where |omega_r| falls through
-    /// it, and "slip" where it rises through it; none without a threshold. Contacts that stick and slip ignore it.
+    /// |omega_r| (rad/s) below which a contact without stick counts as stuck. The event "stick" occurs where |omega_r|
+    /// falls through this speed, and "slip" where it rises through it; without a threshold there are no such events.
+    /// Contacts that stick and slip ignore it.
     pub threshold: Option<BigRational>,
-    /// Whether the margin of steady sliding is watched: loss and return of stability are then events, and kicks can
+    /// Whether the margin of steady sliding is watched. Loss and return of stability are then events, and kicks can
     /// wait for the loss.
     pub stability: bool,
 }
@@ -171,7 +172,7 @@ impl Default for OracleOptions {
 /// Failure of an oracle run; times in s.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OracleError {
-    /// The precision is outside [`DIGITS`].
+    /// The requested precision is outside [`DIGITS`].
     #[error(
         "the oracle computes with {least} to {most} digits, but {asked} would be needed. Ask for fewer (--digits), or set a \
          [[perturbation]]: it ends the growth that takes digits at the first stick",
@@ -191,14 +192,14 @@ pub enum OracleError {
         lasting(*longest)
     )]
     TooLong {
-        /// Decimal digits of that run.
+        /// Decimal digits of the run that would take too long.
         digits: u32,
         /// Estimated total time, s.
         seconds: f64,
         /// Time limit, s.
         longest: f64,
     },
-    /// Every precision finds other events.
+    /// The events differ between all precisions.
     #[error(
         "with {digits} digits, the most that the oracle computes with, the events are still decided by rounding. Set a \
          [[perturbation]]: it ends the growth at the first stick"
@@ -207,7 +208,7 @@ pub enum OracleError {
         /// Decimal digits of the last run.
         digits: u32,
     },
-    /// One of the paper's own breakaway tests.
+    /// The case asks for one of the paper's own breakaway tests.
     #[error(
         "the oracle knows the exact constraint torque only, but the case asks for another breakaway test; set \
          contact.breakaway_test = \"transmitted\""
@@ -221,7 +222,7 @@ pub enum OracleError {
         /// Event budget.
         budget: usize,
     },
-    /// A motion that contradicts its mode at the start.
+    /// The motion contradicts its mode at the start of the mode.
     #[error(
         "at t = {time:.12} s the motion is degenerate: {what}. The case stands on the border between two sequences of \
          events, and a small change of any parameter takes it off"
@@ -235,7 +236,7 @@ pub enum OracleError {
     /// Even the shortest steps are inaccurate.
     #[error("the oracle's steps vanish at t = {0:.12} s: the state grows without bounds there")]
     StepVanishes(f64),
-    /// A sliding speed at which the friction law is not given.
+    /// The sliding speed has reached the end of the friction law.
     #[error(
         "at t = {0:.12} s the sliding speed has come to friction.valid_below, beyond which the friction law is not given; \
          raise it if the law holds there, or take one that is given at every speed"
@@ -255,7 +256,6 @@ fn lasting(seconds: f64) -> String {
 }
 
 impl OracleError {
-    /// Whether more digits may avoid the error.
     fn may_be_rounding(&self) -> bool {
         use OracleError::{Degenerate, StepVanishes, TooManyEvents};
         matches!(self, TooManyEvents { .. } | Degenerate { .. } | StepVanishes(_))

@@ -1,9 +1,10 @@
 //! The resistance that decides when steady sliding becomes unstable.
 //!
-//! Each surface swings on its own shaft, whose other end is held. With s = i omega its impedance is Z_i = s J_i + a_i +
-//! k_i/s, a_i = c_i + d_i, and both together have Z = (1/Z_1 + 1/Z_2)^-1. With the contact's damping kappa = r F_n mu'
-//! a swing neither grows nor decays if Z = -kappa: Im Z = 0 and Re Z = R = -kappa. The margin is 2 (R + kappa), with
-//! the least such R. With x = omega^2 and B_i = J_i x - k_i, Im Z = 0 where
+//! Each surface swings on its own shaft, whose other end is held. With s = i omega its impedance is
+//! Z_i = s J_i + a_i + k_i/s, where a_i = c_i + d_i. Both surfaces together have Z = (1/Z_1 + 1/Z_2)^-1. With the
+//! contact's damping kappa = r F_n mu' an oscillation neither grows nor decays if Z = -kappa: Im Z = 0 and
+//! Re Z = R = -kappa. The margin is 2 (R + kappa), with the least such R. With x = omega^2 and B_i = J_i x - k_i,
+//! Im Z = 0 where
 //!
 //! ```text
 //! f(x) = x (a_1^2 B_2 + a_2^2 B_1) + B_1 B_2 (B_1 + B_2) = 0.
@@ -21,7 +22,7 @@ use stickslip_system::model::system::{End, ExactSystem, Train};
 pub struct ExactSurface {
     /// J, kg m^2.
     pub inertia: BigRational,
-    /// a of the shaft and to the ground, N m s/rad.
+    /// Damping a of the shaft and to the ground, N m s/rad.
     pub damping: BigRational,
     /// k, N m/rad.
     pub stiffness: BigRational,
@@ -43,7 +44,7 @@ impl ExactSurface {
 }
 
 /// 2 R, N m s/rad. `None` if sliding does not slow down by itself (this needs one free train and no drive), or if no
-/// swing of the surfaces can become unstable.
+/// oscillation of the surfaces can become unstable.
 pub(super) fn twice_resistance<const N: usize>(exact: &ExactSystem) -> Option<Float<N>> {
     let chains = [&exact.rotor, &exact.stator];
     let free = chains
@@ -85,7 +86,7 @@ pub fn of_both<const N: usize>(one: &ExactSurface, other: &ExactSurface) -> Opti
             let mut local = shifted(&f, start, &width)
                 .map(|c| Float::<N>::from_rational(&c))
                 .to_vec();
-            // The zero x = 0 of a surface without a shaft is no swing.
+            // The zero x = 0 of a surface without a shaft is no oscillation.
             while local.first().is_some_and(Float::is_zero) {
                 local.remove(0);
             }

@@ -10,7 +10,7 @@ use stickslip_system::model::nearest_double;
 #[derive(Debug, Clone)]
 pub struct ExactDouble {
     mantissa: Option<BigInt>,
-    /// Power of two of the mantissa's last bit.
+    /// Power of two of the last bit of the mantissa.
     exponent: i64,
     bits: usize,
 }
@@ -60,12 +60,12 @@ impl ExactDouble {
         self.to_rational().map_or(f64::NAN, |value| nearest_double(&value))
     }
 
-    /// Precision of its arithmetic, bits.
+    /// Bits of precision of the arithmetic that computed the number.
     pub fn bits(&self) -> usize {
         self.bits
     }
 
-    /// Rounded to `digits` significant decimal digits, such as `6.97413067386` or `-4.0177e-05`.
+    /// The number rounded to `digits` significant decimal digits, such as `6.97413067386` or `-4.0177e-05`.
     pub fn to_decimal(&self, digits: usize) -> String {
         match self.to_rational() {
             Some(value) => decimal(&value, digits),
@@ -93,7 +93,7 @@ impl ExactDouble {
     }
 }
 
-/// `value` rounded to `digits` significant decimal digits; with an exponent if the plain form is long.
+/// `value` rounded to `digits` significant decimal digits, with an exponent if the plain form is long.
 pub fn decimal(value: &BigRational, digits: usize) -> String {
     if value.is_zero() {
         return "0".to_owned();
@@ -101,7 +101,7 @@ pub fn decimal(value: &BigRational, digits: usize) -> String {
     let digits = digits.max(1);
     let (numerator, denominator) = (value.numer().magnitude(), value.denom().magnitude());
     let bits = numerator.bits() as f64 - denominator.bits() as f64;
-    // Right, or off by one, which the number of digits shows.
+    // The estimate is right or off by one; the number of digits shows which.
     let mut exponent = (bits * std::f64::consts::LOG10_2).floor() as i64;
     let rounded = loop {
         let power = exponent - (digits as i64 - 1);

@@ -8,7 +8,7 @@ use stickslip_system::signal::{Ramp, Signal, Table};
 pub(super) struct ExactPiece {
     pub start: BigRational,
     pub force: BigRational,
-    /// Just before the next piece; `force` for the last.
+    /// Force just before the next piece; equal to `force` in the last piece.
     pub end_force: BigRational,
     pub slope: BigRational,
 }
@@ -42,8 +42,8 @@ pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<ExactPiece> {
     }
 }
 
-/// The first force is valid before the table, the last one after it. Points before t = 0 are cut off; two points of one
-/// time are a step.
+/// The first force is valid before the table, the last one after it. Points before t = 0 are cut off. Two points at
+/// one time are a step.
 fn table_pieces(time: &[BigRational], force: &[BigRational]) -> Vec<ExactPiece> {
     let zero = BigRational::zero();
     let mut pieces = Vec::with_capacity(time.len() + 1);

@@ -6,28 +6,28 @@ use super::number::ExactDouble;
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 
-/// The state at an event or a sample; rad and rad/s.
+/// The state at an event or a sample.
 #[derive(Debug, Clone)]
 pub struct OracleState {
-    /// Twists of the rotor's shafts, from the contact outwards: outer less inner angle, rad.
+    /// Twists of the rotor's shafts, from the contact outwards: outer minus inner angle, rad.
     pub rotor_twist: Vec<ExactDouble>,
-    /// Their rates, rad/s.
+    /// Twist rates of the rotor's shafts, rad/s.
     pub rotor_twist_rate: Vec<ExactDouble>,
     /// Speeds of the rotor's inertias, from the contact outwards, rad/s.
     pub rotor_speed: Vec<ExactDouble>,
-    /// Twists of the stator's shafts, from the contact outwards: inner less outer angle, rad.
+    /// Twists of the stator's shafts, from the contact outwards: inner minus outer angle, rad.
     pub stator_twist: Vec<ExactDouble>,
-    /// Their rates, rad/s.
+    /// Twist rates of the stator's shafts, rad/s.
     pub stator_twist_rate: Vec<ExactDouble>,
     /// Speeds of the stator's inertias, from the contact outwards, rad/s.
     pub stator_speed: Vec<ExactDouble>,
-    /// omega_r, speed of the rotor's surface less the stator's, rad/s.
+    /// omega_r: speed of the rotor's surface minus that of the stator's, rad/s.
     pub relative_velocity: ExactDouble,
-    /// z, m, and z', m/s, of an axial mode.
+    /// z (m) and z' (m/s) of an axial mode.
     pub axial: Option<[ExactDouble; 2]>,
     /// Angles of the outermost inertias of rotor and stator since t = 0, rad; `None` for a train without a free end.
     pub angles: [Option<ExactDouble>; 2],
-    /// Deflection of the bristles, rad; zero for other engaged contacts. `None` with stick and slip.
+    /// Deflection of the bristles, rad; zero for regularised contacts. `None` for contacts that stick and slip.
     pub deflection: Option<ExactDouble>,
 }
 
@@ -79,7 +79,7 @@ impl OracleState {
     }
 }
 
-/// An event.
+/// An event with the state after it.
 #[derive(Debug, Clone)]
 pub struct OracleEvent {
     /// Time, s.
@@ -95,7 +95,7 @@ pub struct OracleEvent {
 /// Result of an oracle run.
 #[derive(Debug, Clone)]
 pub struct OracleReport {
-    /// All events, in order.
+    /// All events, in order of time.
     pub events: Vec<OracleEvent>,
     /// States at the requested times that the run reaches.
     pub samples: Vec<(ExactDouble, OracleState)>,

@@ -1,38 +1,38 @@
 //! The first zero of a polynomial on a step.
 //!
-//! In the Bernstein basis a polynomial lies within the hull of its coefficients. Without a coefficient at or below zero
-//! there is no root; with one sign change there is exactly one. All other intervals are halved. The search uses doubles
-//! with a rounding bound; undecided intervals and the root itself use the polynomial's own precision.
+//! In the Bernstein basis a polynomial lies within the hull of its coefficients. If all coefficients are positive
+//! there is no root; with one sign change there is exactly one. All other intervals are halved. The search uses
+//! doubles with a rounding bound; undecided intervals and the root itself use the polynomial's own precision.
 
 use super::float::Float;
 
-/// Behaviour of a guard on a step.
+/// Behaviour of a guard during a step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Crossing<const N: usize> {
-    /// It stays positive.
+    /// The guard stays positive.
     None,
     /// Time of the first zero from the start of the step, s.
     At(Float<N>),
-    /// It is not positive at the start.
+    /// The guard is not positive at the start.
     Beyond,
 }
 
-/// Shorter intervals are expanded anew around their start, in full precision: far from the first centre the terms
-/// cancel, on a short interval they do not.
+/// Intervals shorter than this share of the step are expanded around their start, in full precision: far from the
+/// first centre the terms cancel, on a short interval they do not.
 const RECENTRED_BELOW: f64 = 1.0 / 32.0;
 
-/// Most new expansions. The remaining interval, some 1e-9 of the step, is decided in full precision.
+/// Most such expansions. The remaining interval, some 1e-9 of the step, is decided in full precision.
 const MOST_RECENTRED: u32 = 5;
 
-/// Rounding of the double-precision coefficients, relative to the sum of their magnitudes. The conversion has three
-/// roundings per coefficient, since a factor passes from term to term; each halving down to [`RECENTRED_BELOW`] and
+/// Rounding of the coefficients in double precision, relative to the sum of their magnitudes. The conversion has three
+/// roundings per coefficient, because a factor passes from term to term. Each halving down to [`RECENTRED_BELOW`] and
 /// each sum has one.
 fn rounding(coefficients: usize) -> f64 {
     (4 * coefficients + 300) as f64 * (f64::EPSILON / 2.0)
 }
 
 /// First zero of a guard with these Taylor coefficients, for `0 < t <= step`. The first `known_zeros` coefficients
-/// vanish by the initial conditions and are removed, and so are exact zeros.
+/// vanish by the initial conditions and are removed; so are exact zeros.
 pub fn first_zero<const N: usize>(coefficients: &[Float<N>], known_zeros: usize, step: &Float<N>) -> Crossing<N> {
     let exact = coefficients
         .iter()
@@ -122,7 +122,6 @@ struct RootSearch<const N: usize> {
 }
 
 impl<const N: usize> RootSearch<N> {
-    /// The first root in [from, to] with Bernstein coefficients `b`.
     fn first(&self, from: f64, to: f64, b: Vec<f64>) -> Option<Float<N>> {
         if b.iter().all(|&b| b > self.bound) {
             return None;
@@ -158,7 +157,7 @@ impl<const N: usize> RootSearch<N> {
         if value(to) < 0 {
             return Some(self.falling_root(&self.polynomial, from, to));
         }
-        // Positive at both ends: the minimum in between decides; so short an interval has at most one.
+        // Positive at both ends: the minimum decides. So short an interval has at most one.
         let derivative = derivative(&self.polynomial);
         let slope = |x: f64| evaluate(&derivative, &self.number(x)).signum();
         if slope(from) >= 0 || slope(to) <= 0 {

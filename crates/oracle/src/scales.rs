@@ -1,4 +1,4 @@
-//! The least scale of each component of a motion. The error of a smaller component is relative to this scale.
+//! The least scale of each component of a motion. Errors of smaller components are relative to this scale.
 
 use super::courses::SignalCourse;
 use super::friction;
@@ -17,7 +17,6 @@ pub(super) struct Scales {
 }
 
 impl Scales {
-    /// The smallest speed scale of the chains, log2.
     pub fn least_speed(&self) -> f64 {
         let speeds = self.chains.iter().map(|chain| chain.speed);
         speeds.fold(f64::INFINITY, f64::min)
@@ -31,7 +30,7 @@ pub(super) struct ChainScales {
     pub speed: f64,
 }
 
-/// Least scales of twists, speeds and signals: a shaft under all torques, and an oscillation of that size.
+/// Least scales of twists, speeds and signals, log2: a shaft under all torques, and an oscillation of that size.
 pub(super) fn scales<const N: usize>(exact: &ExactSystem, courses: &[SignalCourse<N>]) -> Scales {
     let double = |value: &BigRational| nearest_double(value).abs();
     let sizes: Vec<f64> = courses.iter().map(SignalCourse::size).collect();

@@ -1,12 +1,12 @@
 //! Event times with a proven number of correct digits, whatever grows in the case.
 //!
-//! The growth of a deviation is unknown before the events are: without a perturbation it lasts up to the stop, with one
-//! up to the first stick. So the case is solved twice, with a low and a higher precision. Both runs err by the same
-//! mechanism, in their last bits. If they find the same events, each within a small part of the shortest period, their
-//! distance is the error of the shorter run, and the error of the longer one is smaller by the additional bits.
-//! Otherwise, or if the error is too large, a third, longer run is compared with the second, and so on. If rounding
-//! decides about the events, two runs that differ by a machine word or more place them differently: e-folds, and
-//! therefore milliseconds, apart.
+//! The growth of a deviation is unknown before the events are known: without a perturbation it lasts until the stop,
+//! with a perturbation until the first stick. Therefore the case is solved twice, with a low and a higher precision.
+//! The errors of both runs have the same mechanism, in their last bits. If the runs find the same events, each within
+//! a small part of the shortest period, their distance is the error of the shorter run, and the error of the longer
+//! run is smaller by the additional bits. Otherwise, or if the error is too large, a third, longer run is compared
+//! with the second, and so on. If rounding decides about the events, two runs that differ by a machine word or more
+//! place them e-folds, and therefore milliseconds, apart.
 
 use super::automaton::run;
 use super::courses;
@@ -18,36 +18,36 @@ use std::time::{Duration, Instant};
 use stickslip_system::model::nearest_double;
 use stickslip_system::model::system::ExactSystem;
 
-/// Two runs agree if all their events are this close, relative to the shortest period. An event then has the same place
-/// in the oscillation, and its shift is linear in the deviation.
+/// Two runs agree if all their events are this close, relative to the shortest period. An event is then at the same
+/// place in the oscillation, and its shift is linear in the deviation.
 const SMALL: f64 = 1e-3;
 
-/// Digits of the shorter run beyond the expected growth: events then agree within [`SMALL`].
+/// Digits of the shorter run beyond the expected growth, so that events agree within [`SMALL`].
 const DIGITS_TO_SPARE: f64 = 5.0;
 
-/// Bits by which the longer run's error, in units of its last bit, may exceed the shorter run's: the runs have
-/// different steps and signs of rounding.
+/// Bits by which the error of the longer run, in units of its last bit, may exceed that of the shorter run: the runs
+/// have different steps and signs of rounding.
 const BITS_APART: f64 = 5.0;
 
-/// Further such bits for each bit between the two precisions, and for each bit of an error below the resolution of both
-/// runs. The terms of a series cancel by e^(omega h), and the best steps grow with the precision: omega h is about
-/// 0.026 for a bit.
+/// Further such bits for each bit between the two precisions, and for each bit of an error below the resolution of
+/// both runs. The terms of a series cancel by e^(omega h), and the best steps grow with the precision: omega h is
+/// about 0.026 per bit.
 const BITS_FOR_A_BIT: f64 = 0.04;
 
-/// Longer runs are announced in the log as a warning, others as information.
+/// The log announces longer runs by a warning, shorter ones by an information.
 const LONG: Duration = Duration::from_secs(30);
 
-/// Time before an estimate may end a run.
+/// Wall time before an estimate may end a run.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 const LEAST_WORTH_TELLING: Duration = Duration::from_secs(2);
 
 const TRIAL: Duration = Duration::from_millis(200);
 
-/// Input of [`solve`].
+/// Requirements for [`solve`].
 #[derive(Debug, Clone)]
 pub struct OracleRequest {
-    /// Correct significant decimal digits required of every event time.
+    /// Correct significant decimal digits that every event time must have.
     pub digits: u32,
     /// Expected growth of a deviation in e-folds, at least 0. With a good guess two runs suffice.
     pub growth: f64,
@@ -55,7 +55,7 @@ pub struct OracleRequest {
     pub end_time: BigRational,
     /// Largest number of events.
     pub max_events: usize,
-    /// Time limit for all runs together. A run that is estimated to exceed it ends early.
+    /// Limit of wall time for all runs together. A run that is estimated to exceed it ends early.
     pub longest: Duration,
     /// See [`OracleOptions::threshold`], rad/s.
     pub threshold: Option<BigRational>,
@@ -85,18 +85,18 @@ pub struct OracleProgress {
     pub digits: u32,
     /// Time of the motion, s.
     pub time: f64,
-    /// Its end, s.
+    /// End of the motion, s.
     pub end_time: f64,
 }
 
 /// The events of a case with their error bounds.
 #[derive(Debug, Clone)]
 pub struct OracleSolution {
-    /// The most precise run.
+    /// Report of the most precise run.
     pub report: OracleReport,
     /// Error bound of each event time, s.
     pub errors: Vec<f64>,
-    /// Correct digits of all event times; at least the requested ones.
+    /// Correct digits of all event times, at least the requested number.
     pub digits: u32,
     /// Decimal digits of the arithmetic.
     pub digits_computed: u32,
@@ -120,10 +120,10 @@ fn digits_left(time: f64, error: f64) -> u32 {
 }
 
 /// Solves the model with enough digits for every event time to have the requested ones. `control` is called every few
-/// steps; its `Break` ends the solution with an error.
+/// steps; if it returns `Break`, the solution ends with an error.
 ///
 /// # Errors
-/// See [`super::run`]; also if a run takes too long, or no precision settles the events.
+/// See [`super::run`]; also if a run takes too long, or if no precision settles the events.
 pub fn solve(
     parameters: &ExactSystem,
     request: &OracleRequest,
@@ -152,7 +152,7 @@ pub fn solve(
         let fine = attempt(fine_words);
         let digits_computed = digits_of(fine_words);
         let next = match (&coarse, fine) {
-            // Both runs fail: more digits do not help.
+            // If both runs fail, more digits do not help.
             (Err(_), Err(error)) => return Err(error),
             (_, Err(error)) if !error.may_be_rounding() => return Err(error),
             (Ok(coarse), Ok(fine)) => match errors(period, coarse, &fine) {
@@ -187,7 +187,6 @@ pub fn solve(
     }
 }
 
-/// Runs with a precision in words, and announces its duration. `spent` is the time of earlier runs.
 fn attempt(
     parameters: &ExactSystem,
     request: &OracleRequest,
@@ -207,8 +206,8 @@ fn attempt(
     };
     let clock = Instant::now();
     let left = request.longest.saturating_sub(spent).as_secs_f64();
-    // The pace changes: slips are slow, the last stick is fast. So it is measured repeatedly, each time over as long as
-    // all before.
+    // The pace changes: slips are slow, the last stick is fast. Therefore it is measured repeatedly, each time over as
+    // long as all earlier measurements together.
     let (mut asked, mut next, mut told) = ((0.0, 0.0), TRIAL.as_secs_f64(), false);
     let mut too_long: Option<f64> = None;
     let outcome = run(parameters, &options, &mut |time| {

@@ -2,8 +2,8 @@
 
 use super::float::Float;
 
-/// Orders to try in turn. The cost of a step grows with the square of the order; the best length depends on how much of
-/// the motion is slow.
+/// Orders to try in turn. The cost of a step grows with the square of the order; the best length depends on the slow
+/// part of the motion.
 const ORDERS: [usize; 25] = [
     12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384, 448, 512, 640, 768, 1024,
 ];
@@ -16,18 +16,18 @@ pub(super) const fn largest_order(bits: usize) -> usize {
 /// Cost of a coefficient besides its convolutions, in units of one order.
 const FIXED_COST: f64 = 25.0;
 
-/// A step is this part of the length at which the last terms reach the tolerance.
+/// Ratio of a step to the length at which the last terms reach the tolerance.
 const SAFETY: f64 = 0.88;
 
 /// Bits between the tolerance of a step and the precision.
 const MARGIN_BITS: f64 = 6.0;
 
-/// The longest step with these series for a precision of `bits`, log2 of s: the last two terms of each series reach the
-/// tolerance, relative to its first term or its least size (log2).
+/// The longest step with these series for a precision of `bits`, log2 of s. At this length the last two terms of each
+/// series reach the tolerance, relative to its first term or its least size (log2).
 ///
 /// The series of the friction law's shape, such as the exponential, count relative to themselves, however small they
-/// are: the terms of exp(x) grow up to index x, so a step over which alpha omega_r changes by more than the order would
-/// miss the larger terms beyond it.
+/// are. The terms of exp(x) grow up to index x, so that a step over which alpha omega_r changes by more than the order
+/// would miss the larger terms of higher index.
 pub(super) fn log_step<'a, const N: usize>(series: impl Iterator<Item = (&'a [Float<N>], f64)>, bits: usize) -> f64 {
     let of_series = |(coefficients, least): (&[Float<N>], f64)| {
         let size = coefficients[0].log2().max(least);
@@ -39,8 +39,8 @@ pub(super) fn log_step<'a, const N: usize>(series: impl Iterator<Item = (&'a [Fl
     series.map(of_series).fold(f64::INFINITY, f64::min)
 }
 
-/// The length of the step, s, at most `limit`, with the cheapest order for a precision of `bits`. `extended` extends an
-/// expansion to an order, and returns the longest step (log2 of s).
+/// The length of the step, s, at most `limit`, with the cheapest order for a precision of `bits`. `extended` extends
+/// an expansion to an order, and returns the longest step (log2 of s).
 pub(super) fn longest<const N: usize>(
     limit: &Float<N>,
     bits: usize,

@@ -1,24 +1,26 @@
-//! What are the equations? Two chains of inertias and shafts, the contact between their surfaces, and what acts on them.
+//! What are the equations? The system: two chains of inertias and shafts, the contact between their surfaces, and the
+//! external forces, torques and speeds.
 //!
-//! A [`System`](model::system::System) states the problem: two [`Train`](model::system::Train)s, a friction law, what presses the
-//! surfaces together, and the initial state. Its numbers are doubles or exact rationals
-//! ([`ExactSystem`](model::system::ExactSystem)). [`SystemEquations`](model::equations::SystemEquations) are its equations, and the
-//! [`record`] defines the rows of a run: samples, events and segments.
+//! A [`System`](model::system::System) states the problem: two [`Train`](model::system::Train)s, a friction law, the
+//! source of the normal force, and the initial state. Its numbers are doubles or exact rationals
+//! ([`ExactSystem`](model::system::ExactSystem)). [`SystemEquations`](model::equations::SystemEquations) are its
+//! equations. [`record`] defines the rows of a run: samples, events and segments.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | [`model`] | the system and its equations: pure functions of parameters and state |
 //! | [`friction`] | the friction laws, behind one interface |
 //! | [`signal`] | forces, torques and speeds as functions of time |
-//! | [`record`] | the rows of a run, and the recorder that takes them |
+//! | [`record`] | the rows of a run, and recorders |
 //! | [`numerics`] | Taylor series, polynomial roots, eigenvalues, Radau IIA; no physics |
-//! | [`quote`] | how messages quote an input |
+//! | [`quote`] | quotations of an input in messages |
 //!
-//! The crate integrates nothing, reads no text and writes no file. It takes numbers as they are. The reader of cases
+//! The crate integrates nothing, reads no text and writes no file. It accepts numbers unchecked; the reader of cases
 //! (`stickslip-case`) checks them.
 //!
-//! A mass of 2 kg hangs on a spring of 8 N/m and rubs on a belt, which moves at 1 m/s and is pressed on with 10 N. (In translation the
-//! radius is 1, and metres, newtons and kilograms stand for radians, newton metres and kilogram square metres.)
+//! Example: a mass of 2 kg hangs on a spring of 8 N/m and rubs on a belt that moves at 1 m/s, with a normal force of
+//! 10 N. In translation the radius is 1, and metres, newtons and kilograms replace radians, newton metres and
+//! kilogram square metres.
 //!
 //! ```
 //! use stickslip_system::friction::{Exponential, Law};

@@ -1,12 +1,13 @@
-//! Quoting of foreign text in errors, reports and on the terminal.
+//! Quotation of foreign text in errors, in reports and on the terminal.
 //!
-//! The text of a file can have any length, and characters that move the cursor of a terminal, change its colours or
-//! reverse its writing direction. A quotation is short, and spells such characters out.
+//! The text of a file can have any length, and can contain characters that move the cursor of a terminal, change its
+//! colours or reverse its writing direction. A quotation is short, and spells such characters out.
 
-/// Longest quoted text in an error, characters: enough to find it again.
+/// Longest quoted text in an error, characters. It is long enough to find the text again.
 const LONGEST_QUOTE: usize = 80;
 
-/// Longest line of an error or report, characters. The middle is cut: the beginning says where, the end what to do.
+/// Longest line of an error or report, characters. The middle of a longer line is cut: the beginning names the place,
+/// the end the remedy.
 pub const LONGEST_LINE: usize = 1000;
 
 /// Most lines of an error.
@@ -17,7 +18,7 @@ pub fn quoted(text: &str) -> String {
     format!("\"{}\"", shown(text))
 }
 
-/// `text` without quotes, for a key or a name.
+/// `text` without quotes, for keys and names.
 pub fn shown(text: &str) -> String {
     let mut start = text.chars().take(LONGEST_QUOTE + 1);
     let short: String = start.by_ref().take(LONGEST_QUOTE).collect();
@@ -25,7 +26,7 @@ pub fn shown(text: &str) -> String {
     spelt_out(&short, |_| false) + more
 }
 
-/// A bound in scientific notation with this many decimals, rounded up: it still is a bound.
+/// A bound in scientific notation with this many decimals. It is rounded up, so that it is still a bound.
 pub fn bound(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$e}");
     let read = |text: &str| text.parse::<f64>().ok();
@@ -48,7 +49,7 @@ pub fn in_shell(argument: &str) -> String {
     }
 }
 
-/// The lines of an error, each of bounded length; lines beyond [`MOST_LINES`] are counted.
+/// The lines of an error, each of limited length. Lines beyond [`MOST_LINES`] are only counted.
 pub fn lines(text: &str) -> String {
     let mut lines = text.lines();
     let mut shown: Vec<String> = lines.by_ref().take(MOST_LINES).map(line).collect();
@@ -71,13 +72,13 @@ fn line(text: &str) -> String {
     format!("{start} ... {end}")
 }
 
-/// A report for the terminal: line ends and tabs stay.
+/// A report for the terminal. Line ends and tabs remain.
 pub fn for_terminal(text: &str) -> String {
     spelt_out(text, |c| matches!(c, '\n' | '\t'))
 }
 
 /// A JSON document in which control characters, and those selected by `also`, are written as `\u001b`. They can only
-/// occur in its texts; line ends between them stay.
+/// occur in its texts. Line ends between the texts remain.
 pub fn in_json(document: &str, also: impl Fn(char) -> bool) -> String {
     let mut safe = String::with_capacity(document.len());
     for c in document.chars() {
@@ -90,7 +91,7 @@ pub fn in_json(document: &str, also: impl Fn(char) -> bool) -> String {
     safe
 }
 
-/// Writes control characters and those that reverse the writing direction as `\u{1b}`.
+/// Writes control characters, and characters that reverse the writing direction, as `\u{1b}`.
 fn spelt_out(text: &str, stays: impl Fn(char) -> bool) -> String {
     let is_harmless = |c: char| stays(c) || !steers(c);
     if text.chars().all(is_harmless) {

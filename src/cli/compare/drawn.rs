@@ -6,10 +6,10 @@ use crate::plot::{self, DrawnRun, Figure, PlotError};
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
 
-/// mm.
+/// Width of a figure, mm.
 const WIDTH: f64 = 170.0;
 
-/// The figures of the `number`th comparison in `report`, or why there are none.
+/// The figures of comparison `number` in the report, or the reason why there are none.
 pub(super) fn figures(
     (reference, mapping): (&Reference, &Mapping),
     comparison: &Comparison,

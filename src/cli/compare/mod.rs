@@ -1,4 +1,4 @@
-//! `stickslip compare`: the result of another solver against a reference.
+//! `stickslip compare`: compares the result of another solver with a reference.
 
 mod drawn;
 mod pages;
@@ -38,7 +38,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
             let figures = drawn::figures((&reference, &mapping), c, (target.path(), number));
-            // After the paragraph about the files.
+            // The figures follow the paragraph about the files.
             page.parts.splice(1..1, figures);
             page
         };

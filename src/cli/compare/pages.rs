@@ -1,17 +1,15 @@
-//! Contents of a comparison's report, for all formats.
+//! Contents of a comparison's report, common to all formats.
 
 use stickslip_compare::{ChannelErrors, Comparison, Score, Statistic};
 use stickslip_system::record::sequence::{Difference, Fault};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Length {
-    /// Fits a terminal.
     Screen,
-    /// All events.
     Whole,
 }
 
-/// Differences between the sequences on a terminal.
+/// Most differences between the sequences that are listed on a terminal.
 const LISTED: usize = 10;
 
 pub(super) struct Page {
@@ -27,7 +25,6 @@ pub(super) enum Part {
 }
 
 pub(super) struct DrawnPage {
-    /// File name without folder, if the figure has its own file.
     pub file: String,
     pub title: String,
     pub svg: String,
@@ -37,7 +34,6 @@ pub(super) struct Table {
     pub title: String,
     pub header: Vec<&'static str>,
     pub rows: Vec<Vec<String>>,
-    /// Number of leading text columns; the others are numbers.
     pub texts: usize,
 }
 
@@ -58,7 +54,7 @@ impl Table {
 }
 
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
-    // The resolution comes first: it limits everything below.
+    // The resolution comes first, because it limits all results below.
     let mut parts: Vec<Part> = resolution(c).into_iter().map(Part::Text).collect();
     parts.push(Part::Text(what_was_read(c)));
     parts.extend(hysteresis(c).map(Part::Text));
@@ -114,7 +110,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     if length == Length::Whole && e.matched > 0 {
         parts.push(Part::Table(events(c)));
-        // The growth summarises runs of many cycles; --json has every event.
+        // The growth summarises runs with many cycles; --json contains every event.
         let more = e.events.len().saturating_sub(most_events(c));
         if more > 0 {
             parts.push(Part::Text(format!("and {more} more, which --json has")));
@@ -138,7 +134,6 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
 }
 
-/// Errors without a threshold.
 fn score(score: &Score) -> Table {
     let row = |name: &str, reference: String, candidate: String, error: String, relative: f64| {
         vec![name.to_owned(), reference, candidate, error, format!("{relative:.1e}")]
@@ -184,7 +179,7 @@ fn score(score: &Score) -> Table {
     Table::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
 }
 
-/// Parameters of the case that differ in the candidate, and those that explain it equally well.
+/// Parameters of the case that differ in the candidate, and parameters that explain the difference equally well.
 fn numbers(found: &stickslip_compare::OtherParameters) -> Table {
     let row = |number: &stickslip_compare::OtherNumber| {
         let unit = if number.unit == "1" { "" } else { number.unit };
@@ -219,7 +214,6 @@ fn resolution(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-/// Impulses since the first sample.
 fn impulses(c: &Comparison) -> Table {
     let row = |i: &stickslip_compare::ImpulseErrors| {
         vec![
@@ -269,7 +263,7 @@ fn growth(cycles: &stickslip_compare::CycleErrors) -> String {
     )
 }
 
-/// Matched events in a report: all if the motion ends, the first ones of a motion in cycles.
+/// Number of matched events in a report: all events of a motion that ends, the first ones of a motion in cycles.
 fn most_events(c: &Comparison) -> usize {
     const OF_CYCLES: usize = 100;
     if c.time_scale.is_some() { OF_CYCLES } else { usize::MAX }
@@ -345,7 +339,6 @@ fn hysteresis(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-/// At most nine decimals.
 fn short(time: f64) -> String {
     let text = format!("{time:.9}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -396,10 +389,9 @@ fn sequence(differences: &[Difference], shown: usize) -> Table {
     Table::new("", 2, &["sequence", "kind", "event", "time, s"], rows)
 }
 
-/// A table for each phase.
 fn channels(c: &Comparison) -> Vec<Table> {
     let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
-    // Without an error there is no time of the largest one.
+    // Without an error there is no time of the largest error.
     let largest_at = |row: &ChannelErrors| Some(row.max_at).filter(|_| row.max > 0.0);
     let line = |row: &ChannelErrors| {
         vec![

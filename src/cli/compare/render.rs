@@ -12,7 +12,7 @@ pub(super) fn terminal(pages: &[Page]) -> String {
             text.push('\n');
             match part {
                 Part::Text(paragraph) => text += &format!("{paragraph}\n"),
-                // Only reports in files have figures.
+                // Only a report in a file has figures.
                 Part::Figure(_) => {}
                 Part::Table(table) => {
                     if !table.title.is_empty() {
@@ -81,7 +81,6 @@ fn plain(text: &str) -> String {
     escaped
 }
 
-/// A single HTML file without external resources.
 pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
     let mut body = String::new();
     for page in pages {

@@ -14,7 +14,7 @@ pub(super) struct ReportTarget {
 }
 
 impl ReportTarget {
-    /// Refuses unknown formats, inputs, and existing files that are no report, before anything is computed.
+    /// Refuses unknown formats, inputs, and existing files that are not reports, before anything is computed.
     pub fn check(path: &Path, options: &CompareOptions) -> Result<ReportTarget, CommandError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let html = match extension.as_deref() {
@@ -46,7 +46,8 @@ impl ReportTarget {
         &self.path
     }
 
-    /// Writes the report. Figures of a Markdown report are files beside it, which replace only figures of this program.
+    /// Writes the report. Figures of a Markdown report are files next to it, which replace only figures of this
+    /// program.
     pub fn write(&self, pages: &[Page], shortfalls: &[String]) -> Result<(), CommandError> {
         let text = if self.html {
             render::html(pages, shortfalls)

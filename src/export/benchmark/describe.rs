@@ -11,14 +11,12 @@ pub(super) struct Resource {
     pub title: String,
     pub media: &'static str,
     pub bytes: u64,
-    /// Hexadecimal.
     pub sha256: String,
-    /// For tables only.
     pub schema: Option<Value>,
 }
 
 impl Resource {
-    /// Letters, digits, points and hyphens; without the extension of a table.
+    /// A name of letters, digits, points and hyphens. A table's name has no extension.
     fn name(&self) -> String {
         self.path.trim_end_matches(".csv").to_lowercase()
     }

@@ -1,7 +1,8 @@
-//! Benchmark packages: a certified run as a folder to use and cite without this program, with equations, parameters,
-//! events, uncertainties, sensitivities and samples, described as a Data Package (Frictionless) and as an RO-Crate.
+//! Benchmark packages: a certified run as a folder that can be used and cited without this program. It contains
+//! equations, parameters, events, uncertainties, sensitivities and samples, described as a Data Package
+//! (Frictionless) and as an RO-Crate.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | `pages` | the pages for readers, and the script that repeats the run |
 //! | `parameters` | the resolved case as a list with units |
@@ -28,7 +29,7 @@ use stickslip_system::record::EventKind;
 
 const MARK: &str = "stickslip-benchmark";
 
-/// The description that carries the mark, and the prescribed name of an RO-Crate.
+/// Names of the two descriptions. The first contains the mark of a package; the second is prescribed for an RO-Crate.
 const DATA_PACKAGE: &str = "datapackage.json";
 const RO_CRATE: &str = "ro-crate-metadata.json";
 
@@ -47,29 +48,25 @@ struct About {
     terms: Terms,
     program: String,
     version: String,
-    /// Publications of the equations; may be empty.
     references: String,
     /// Dates of the run and of the package, UTC.
     run: String,
     made: String,
     method: String,
-    /// Source of the uncertainties: ladder or oracle.
     certified_by: String,
     events: usize,
-    /// Number of events whose time has an uncertainty.
     certain: usize,
     largest_uncertainty: f64,
     numbers_parts: bool,
-    /// The package has a script that repeats the run.
     example: bool,
 }
 
-/// Writes the package of the certified result at `path` into `folder`; returns the names of its files, or `None` if `stop` was set
-/// before the folder was touched.
+/// Writes the package of the certified result at `path` into `folder`. Returns the names of its files, or `None` if
+/// `stop` was set before the folder was touched.
 ///
 /// # Errors
-/// An uncertified result, an existing folder that is no such package (without `force`), an invalid licence identifier,
-/// or a file error.
+/// The result is not certified, the folder exists and is no such package (without `force`), the licence identifier is
+/// invalid, or a file cannot be read or written.
 pub fn write(
     path: &Path,
     folder: &Path,
@@ -94,7 +91,7 @@ pub fn write(
         return Ok(None);
     }
     fs::create_dir_all(folder).map_err(failed)?;
-    // Files of an earlier package that this one does not have.
+    // Files of an earlier package that this one does not contain.
     for stale in OPTIONAL.iter().filter(|name| !names.iter().any(|known| known == *name)) {
         let _ = fs::remove_file(folder.join(stale));
     }
@@ -192,7 +189,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
     ))
 }
 
-/// Writes all files of the package into the folder `folder`, which errors call `called` (its final name).
+/// Writes all files of the package into `folder`. Errors use its final name, `called`.
 fn fill(
     [folder, called]: [&Path; 2],
     file: &ResultFile,
@@ -205,7 +202,7 @@ fn fill(
         resources: Vec::new(),
     };
     let parameters = parameters::read(&file.resolved()?);
-    // The script applies kicks only before the first stick.
+    // The script applies kicks before the first stick only.
     let found = file.events()?;
     let onset = found
         .iter()
@@ -374,7 +371,7 @@ impl Write for Summed {
     }
 }
 
-/// /sensitivity/time_sensitivity: a row for each event and parameter; `None` if the file has none.
+/// The table /sensitivity/time_sensitivity, with a row for each event and parameter; `None` if the file has none.
 fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, ExportError> {
     const GROUP: &str = group::SENSITIVITY;
     let Some((values, [rows, width])) = file.matrix(GROUP, "time_sensitivity")? else {

@@ -1,4 +1,4 @@
-//! The pages of a package, and its script.
+//! Pages of a package, and its script.
 
 use super::About;
 use super::describe::Resource;
@@ -10,10 +10,10 @@ use stickslip_system::signal::Signal;
 
 pub(super) const EXAMPLE: &str = include_str!("example.py");
 
-/// The manual's page on the model; a package quotes the sections that it needs.
+/// The manual's page on the model. A package quotes the sections that it needs.
 const MODEL: &str = include_str!("../../../docs/model.md");
 
-/// Whether the script solves this system: two equal disks, exponential law, ramp, default test.
+/// Whether the script can solve this system: two equal disks, exponential law, ramp, default test.
 pub(super) fn has_example(system: &System) -> bool {
     Parameters::of(system).is_some_and(|disks| {
         matches!(disks.friction.law, FrictionLaw::Exponential(_))
@@ -23,7 +23,6 @@ pub(super) fn has_example(system: &System) -> bool {
     })
 }
 
-/// The section below a heading, up to the next heading of the same level.
 fn section(page: &str, heading: &str) -> String {
     let level = heading.split(' ').next().unwrap_or_default();
     let mut lines = page.lines().skip_while(|line| *line != heading);
@@ -36,7 +35,7 @@ fn section(page: &str, heading: &str) -> String {
     without_links(text.join("\n").trim_end())
 }
 
-/// `[text](target)` becomes `text`: the package does not contain the targets.
+/// Replaces `[text](target)` by `text`, because the package does not contain the targets.
 fn without_links(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;

@@ -1,4 +1,4 @@
-//! The parameters of the resolved case, with units and meanings from its comments.
+//! Parameters of the resolved case, with units and meanings from its comments.
 
 use serde::Serialize;
 use stickslip_case::input::json_of_value;
@@ -51,7 +51,7 @@ fn parameter(key: String, value: &Value) -> Parameter {
         .and_then(|suffix| suffix.as_str())
         .unwrap_or_default();
     let comment = comment.trim().trim_start_matches('#').trim();
-    // The unit ends the comment.
+    // The unit is at the end of the comment.
     let (meaning, unit) = match comment.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
         Some((meaning, unit)) => (meaning.trim(), Some(unit.to_owned())),
         None => (comment, None),

@@ -1,10 +1,10 @@
-//! Lines of a branch: pieces of one stability; successive pieces share a point.
+//! Lines of a branch: pieces with a single stability. Successive pieces share a point.
 
 use super::quantity::Value;
 use stickslip_analysis::continuation::{Branch, BranchPoint};
 use stickslip_analysis::cycle::CycleStability;
 
-/// Stability between successive points. Stability changes at special points, so a link takes it from its ordinary end.
+/// Stability between successive points. It changes at special points: a link has that of its ordinary end.
 pub fn links(branch: &Branch) -> Vec<CycleStability> {
     let marks_a_change = |point: &BranchPoint| point.special.is_some() || point.stability == CycleStability::Neutral;
     let between = |pair: &[BranchPoint]| match (marks_a_change(&pair[0]), marks_a_change(&pair[1])) {
@@ -16,7 +16,7 @@ pub fn links(branch: &Branch) -> Vec<CycleStability> {
     branch.points.windows(2).map(between).collect()
 }
 
-/// Pieces of a branch with one stability: (parameter, value).
+/// Pieces of a branch with this stability, as points (parameter, value).
 pub fn pieces(branch: &Branch, stability: CycleStability, of: Value) -> Vec<Vec<(f64, f64)>> {
     let (mut pieces, mut open): (Vec<Vec<(f64, f64)>>, bool) = (Vec::new(), false);
     for (pair, link) in branch.points.windows(2).zip(links(branch)) {

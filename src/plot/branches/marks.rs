@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 use stickslip_analysis::continuation::Special;
 use stickslip_analysis::cycle::Border;
 
-/// Legend name, colour and shape of a kind of special point.
+/// Legend name, colour and shape for a kind of special point.
 pub fn mark(special: Special) -> (&'static str, RGBColor, MarkShape) {
     let border = |words, shape| (words, VERMILLION, shape);
     match special {

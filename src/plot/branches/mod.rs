@@ -1,6 +1,6 @@
 //! Figures of a continuation: a quantity along its branches, and special points in the plane of two parameters.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | [`quantity`] | the quantities of a point |
 //! | `lines` | the lines of a branch |
@@ -26,7 +26,7 @@ use stickslip_analysis::cycle::CycleStability;
 const BRANCHES: &str = "branches";
 const SPECIAL_POINTS: &str = "special-points";
 
-/// Kinds of figures.
+/// The kinds of figures.
 pub const ENTRIES: [StudyEntry; 2] = [
     StudyEntry {
         name: BRANCHES,
@@ -42,7 +42,6 @@ pub const ENTRIES: [StudyEntry; 2] = [
     },
 ];
 
-/// Default quantities for cycles, and for steady sliding only.
 const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
 const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 
@@ -69,7 +68,7 @@ impl<'a> Branches<'a> {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// Another kind of file, a newer version, or damage.
+    /// The file is of another kind, of a newer version, or damaged.
     pub fn read(path: &'a Path) -> Result<Branches<'a>, PlotError> {
         Ok(Branches {
             path,
@@ -77,7 +76,7 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// The quantity of this name; an error lists the known ones.
+    /// The quantity with this name. The error for an unknown name lists the known ones.
     pub fn quantity(&self, name: &str) -> Result<&'static Quantity, PlotError> {
         let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
         let found = self.known().find(|quantity| quantity.name == name);
@@ -108,10 +107,10 @@ impl<'a> Branches<'a> {
         self.known().filter(|quantity| names.contains(&quantity.name)).collect()
     }
 
-    /// Figures of `quantities` (empty: the most important ones, and curves of special points).
+    /// Figures of `quantities`. If empty: the most important quantities, and curves of special points.
     ///
     /// # Errors
-    /// Unknown quantity, or nothing to draw.
+    /// A quantity is unknown, or there is nothing to draw.
     pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, PlotError> {
         let chosen = match quantities {
             [] => self.of_interest(),
@@ -130,7 +129,7 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Figures of all quantities, and of curves of special points.
+    /// Figures of all quantities, and of the curves of special points.
     pub fn all(&self) -> Result<Vec<Figure>, PlotError> {
         let names: Vec<String> = self.known().map(|quantity| quantity.name.to_owned()).collect();
         let mut figures = self.figures(&names)?;
@@ -150,7 +149,7 @@ impl<'a> Branches<'a> {
         format!("{}{incomplete}: {what}", self.stored.title)
     }
 
-    /// A quantity along all branches: stable parts solid, unstable ones dashed, others dotted.
+    /// A quantity along all branches. Stable parts are solid, unstable parts dashed, and others dotted.
     pub fn figure(&self, quantity: &Quantity) -> Figure {
         let stored = &self.stored;
         let mut curves = Vec::new();
@@ -158,7 +157,7 @@ impl<'a> Branches<'a> {
             for (stability, style) in STYLES {
                 let branches = stored.branches.iter().filter(|branch| branch.steady == steady);
                 let pieces = branches.flat_map(|branch| {
-                    // The extremes of steady sliding coincide; two dashed lines would look solid.
+                    // The extremes of steady sliding coincide. Two dashed lines over each other would look solid.
                     let sides = if steady { 1 } else { usize::MAX };
                     let values = quantity
                         .sides()

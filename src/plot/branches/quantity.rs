@@ -3,10 +3,10 @@
 use crate::plot::figure::Axis;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Stored};
 
-/// Value of a point; NaN: none.
+/// Returns the value at a point; NaN if there is none.
 pub type Value = fn(&Branch, &BranchPoint) -> f64;
 
-/// A quantity.
+/// A quantity of the points.
 #[derive(Debug, Clone, Copy)]
 pub struct Quantity {
     /// Name for `--quantity`.
@@ -15,9 +15,9 @@ pub struct Quantity {
     pub words: &'static str,
     name_at_axis: &'static str,
     measure: Measure,
-    /// The value, or the lower one of two.
+    /// The value, or the lower one if there are two.
     pub low: Value,
-    /// The upper one of two values.
+    /// The upper value, if there are two.
     pub high: Option<Value>,
 }
 
@@ -31,7 +31,7 @@ enum Measure {
 }
 
 impl Quantity {
-    /// UDUNITS.
+    /// Unit in the notation of UDUNITS.
     pub fn unit<'a>(&self, stored: &'a Stored) -> &'a str {
         match self.measure {
             Measure::Position => &stored.angle,
@@ -51,7 +51,7 @@ impl Quantity {
         }
     }
 
-    /// The value, or both.
+    /// The value, or both values if there are two.
     pub fn sides(&self) -> impl Iterator<Item = Value> + use<> {
         [Some(self.low), self.high].into_iter().flatten()
     }
@@ -103,7 +103,7 @@ const fn largest_velocity(_: &Branch, point: &BranchPoint) -> f64 {
     point.relative_velocity.1
 }
 
-/// Largest |multiplier| of a cycle, without the trivial one along the motion.
+/// Largest |multiplier| of a cycle, except the trivial one along the motion.
 fn multiplier(branch: &Branch, point: &BranchPoint) -> f64 {
     let magnitudes = point.spectrum.iter().map(|one| one.0.hypot(one.1));
     match branch.steady {
@@ -112,8 +112,8 @@ fn multiplier(branch: &Branch, point: &BranchPoint) -> f64 {
     }
 }
 
-/// Largest growth rate of a disturbance: largest real part of the eigenvalues (steady sliding) or ln|multiplier|/period
-/// (cycles). NaN if all disturbances vanish within a period.
+/// Largest growth rate of a disturbance, 1/s: the largest real part of the eigenvalues in steady sliding, or
+/// ln|multiplier|/period for cycles. NaN if all disturbances vanish within a period.
 fn growth_rate(branch: &Branch, point: &BranchPoint) -> f64 {
     let rate = match branch.steady {
         true => point.spectrum.iter().map(|one| one.0).fold(f64::NAN, f64::max),

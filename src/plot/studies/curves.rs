@@ -6,7 +6,7 @@ use super::title;
 use crate::plot::figure::{Cell, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use crate::plot::style::{BLUE, VERMILLION};
 
-/// A point for each run; failed runs stand on the lower edge.
+/// A point for each run. Failed runs are on the lower edge.
 pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity, x: usize, selection: &Selection) -> Figure {
     let own = &data.axes[x];
     let mut points = selection.points.clone();

@@ -1,4 +1,4 @@
-//! A sweep file for figures: axes, points and quantities.
+//! A sweep file as data for figures: axes, points and quantities.
 
 use crate::plot::PlotError;
 use crate::plot::error::hint;
@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
 use stickslip_files::{Reason, SweepFile};
 
-/// Symbols of the keys in the paper's figure.
+/// Variable, name and symbol of the parameters in the paper's figure.
 const SYMBOLS: [(&str, &str, &str); 3] = [
     ("friction_decay", "friction decay", "α"),
     ("torsion_damping", "torsional damping", "c_t"),
     ("perturbation_0_relative_velocity", "kick", "δ"),
 ];
 
-/// Longest symbol: the text before the comma of a description.
+/// Longest symbol, which is the text before the comma in a description.
 const LONGEST_SYMBOL: usize = 8;
 
 /// Quantities that describe the computation, or follow from the case alone.
@@ -33,13 +33,12 @@ const NO_RESULTS: [&str; 12] = [
     "end_time",
 ];
 
-/// Relative difference of equal values.
+/// Largest relative difference of values that count as equal.
 const SAME: f64 = 1e-6;
 
 const COMPLETE: f64 = 0.0;
 const FAILED: f64 = 1.0;
 
-/// The axis of a variable, with the symbol that begins its description.
 pub(in crate::plot) fn drawn_axis(name: &str, units: &str, long_name: &str) -> Axis {
     if let Some((_, words, symbol)) = SYMBOLS.iter().find(|known| known.0 == name) {
         return Axis::new(words, units).with_symbol(symbol);
@@ -99,7 +98,7 @@ pub struct StudyAxis {
 }
 
 impl StudyAxis {
-    /// Whether it differs between points.
+    /// Whether the values differ between points.
     pub fn varies(&self) -> bool {
         self.values.iter().any(|value| *value != self.values[0])
     }
@@ -124,8 +123,8 @@ impl StudyAxis {
         }
     }
 
-    /// Whether the values are evenly spaced in the logarithm over 1.5 decades or more: a logarithmic axis shows two
-    /// powers. `traced`: whether a boundary was searched by the logarithm, if known.
+    /// Whether the values are evenly spaced in the logarithm over 1.5 decades or more, so that a logarithmic axis
+    /// shows two powers. `traced` says whether a boundary was searched in the logarithm, if this is known.
     fn is_logarithmic(&self, traced: Option<bool>) -> bool {
         let (low, high) = extent(self.values.iter().copied()).unwrap_or((0.0, 1.0));
         if !self.words.is_empty() || low <= 0.0 {
@@ -199,7 +198,7 @@ pub struct StudyData {
     pub title: String,
     /// Whether all points are present.
     pub complete: bool,
-    /// Axes in the order of the study; the last axis of a grid varies fastest.
+    /// Axes in the order of the study. The last axis of a grid varies fastest.
     pub axes: Vec<StudyAxis>,
     /// Whether the points form a grid.
     pub is_grid: bool,
@@ -207,11 +206,11 @@ pub struct StudyData {
     pub quantities: Vec<StudyQuantity>,
     /// Code of each point: 0 complete, 1 failed, 2 missing.
     pub status: Vec<f64>,
-    /// Quantities that the study names for figures, or the quantity of its criterion.
+    /// Quantities that the study requests for figures, or the quantity of its criterion.
     pub asked: Vec<String>,
     /// Number and message of each failed point.
     pub failures: Vec<(u64, String)>,
-    /// Command that runs one point, once the values of the axes are set; unknown for files of earlier versions.
+    /// Command that runs one point, after the values of the axes are set; `None` for files of earlier versions.
     pub command: Option<String>,
     /// Tolerance of `cvode`, `arkode` and `series`, if the study sets it instead of the case.
     pub default_tolerance: Option<f64>,
@@ -221,7 +220,7 @@ impl StudyData {
     /// Reads a sweep file.
     ///
     /// # Errors
-    /// An unreadable file, or no point.
+    /// The file is unreadable, or contains no point.
     pub fn read(file: &SweepFile) -> Result<StudyData, PlotError> {
         let names = file.variables("/");
         let status = file.numbers("status")?;
@@ -309,7 +308,7 @@ impl StudyData {
         })
     }
 
-    /// The quantity of this name; an error lists the known ones.
+    /// The quantity with this name. The error for an unknown name lists the known ones.
     pub fn quantity(&self, name: &str) -> Result<&StudyQuantity, PlotError> {
         let found = self.quantities.iter().find(|quantity| quantity.name == name);
         found.ok_or_else(|| {
@@ -326,8 +325,8 @@ impl StudyData {
         self.asked().next().is_some()
     }
 
-    /// The quantities that the study names. Without any: the first of `wishes` that varies, else the result with the
-    /// most different values, else the first quantity.
+    /// The quantities that the study names. Without any: the first of `wishes` that varies, then the result with the
+    /// most different values, then the first quantity.
     pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
         if self.asks() {
             return self.asked().collect();
@@ -343,11 +342,11 @@ impl StudyData {
             let name = quantity.name.as_str();
             quantity.varies() && !NO_RESULTS.contains(&name)
         });
-        // `max_by_key` returns the last of equal ones: in reverse, the first.
+        // `max_by_key` returns the last of equal ones. In reverse order this is the first.
         results.rev().max_by_key(|quantity| quantity.different_values())
     }
 
-    /// Index of an axis, by its name or a key; an error lists the known ones.
+    /// Index of an axis with this name or key. The error for an unknown one lists the known ones.
     pub fn axis(&self, name: &str) -> Result<usize, PlotError> {
         let is_it = |axis: &StudyAxis| axis.name == name || axis.keys.iter().any(|key| key == name);
         self.axes.iter().position(is_it).ok_or_else(|| {

@@ -1,14 +1,14 @@
-//! Figures of many runs: for a sweep a map, curves, a distribution and the boundary; for a calibration the region
-//! allowed by the data.
+//! Figures of many runs. A sweep has a map, curves, a distribution and the boundary. A calibration has the region of
+//! valid parameters.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | [`data`] | the file in memory |
 //! | `plane` | a quantity over two axes: cells of a grid, dots of a sample |
 //! | `curves` | a quantity over one axis |
 //! | `samples` | the distribution of a quantity, and its dependence on each axis |
 //! | `selection` | the points to draw |
-//! | `region` | the region in which the targets of a calibration hold |
+//! | `region` | the region in which a calibration meets its targets |
 //! | [`page`] | the interactive page |
 
 mod curves;
@@ -28,11 +28,11 @@ use stickslip_files::SweepFile;
 /// Requested figures of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Choice {
-    /// Names of quantities; empty: the study's own, or one that varies.
+    /// Names of quantities. If empty, the quantities are those of the study, or one that varies.
     pub quantities: Vec<String>,
     /// Horizontal and vertical axis of a map, by name or key.
     pub axes: Option<[String; 2]>,
-    /// Axes that are held: (name or key, value).
+    /// Axes that are held constant: (name or key, value).
     pub at: Vec<(String, String)>,
 }
 
@@ -43,16 +43,16 @@ impl Choice {
     }
 }
 
-/// A figure of many runs.
+/// A kind of figure for many runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StudyEntry {
-    /// Prefix of the names of its figures.
+    /// Prefix in the names of its figures.
     pub name: &'static str,
     /// Title.
     pub title: &'static str,
-    /// Kind of file.
+    /// Kind of file that has the figure.
     pub of: &'static str,
-    /// Number in the paper, if any.
+    /// Number in the paper; `None` if it is not in the paper.
     pub paper_figure: Option<u32>,
 }
 
@@ -65,7 +65,7 @@ const fn entry(name: &'static str, title: &'static str, of: &'static str) -> Stu
     }
 }
 
-/// All entries.
+/// The kinds of figures.
 pub const ENTRIES: [StudyEntry; 6] = [
     StudyEntry {
         paper_figure: Some(25),
@@ -89,7 +89,7 @@ pub const ENTRIES: [StudyEntry; 6] = [
 /// The figures of a file, at least one.
 ///
 /// # Errors
-/// An unreadable file, an unknown quantity, axis or value, or nothing to draw.
+/// The file is unreadable, a quantity, axis or value is unknown, or there is nothing to draw.
 pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
     if choice.is_empty() && file.text("boundary/x").is_some() {
         return Ok(vec![super::critical::figure(file)?]);
@@ -124,7 +124,7 @@ pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
     Ok(figures)
 }
 
-/// The distribution of each drawn quantity of a sample; none for a grid, whose points are chosen.
+/// The distribution of each drawn quantity over a sample. A grid has none, because its points are chosen.
 pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
     let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
     if designed {
@@ -140,7 +140,8 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
     Ok(found)
 }
 
-/// The requested quantities, or those of the study; else the onset (sample) or the most distinctive result (grid).
+/// The requested quantities, or those of the study. Without any: a sample's onset, or a grid's most distinctive
+/// result.
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
         let wishes = ["onset_time", "attractor_period"];

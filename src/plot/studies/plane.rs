@@ -11,14 +11,13 @@ use crate::plot::style::{BLACK, GREY};
 
 const PANELS: usize = 6;
 const SHADES: usize = 16;
-/// A colour scale is logarithmic from this ratio.
+/// Ratio of the largest to the least value from which on a colour scale is logarithmic.
 const DECADES: f64 = 100.0;
 
 fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
     data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
-/// A map of a grid, or curves if only one axis has several levels.
 pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Choice) -> Result<Figure, PlotError> {
     let mut selection = selected(data, choice)?;
     let mut open: Vec<usize> = (0..data.axes.len())
@@ -38,7 +37,7 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
         return refused(data, format!("{key} against {key} is no plane; name two axes"));
     }
     open.retain(|&axis| axis != x && axis != y);
-    // The axis with most levels is held at its middle until the panels fit a figure.
+    // The axis with the most levels is held at its middle level until the panels fit a figure.
     loop {
         let counts: Vec<usize> = open
             .iter()
@@ -82,7 +81,7 @@ fn plane_of(data: &StudyData, axes: &[usize]) -> Option<[usize; 2]> {
     Some([x.min(y), x.max(y)])
 }
 
-/// Points grouped by their values on the axes outside the plane, which the text names.
+/// Points grouped by their values on the axes outside the plane. The text names these values.
 fn facets(data: &StudyData, beside: &[usize], points: &[usize]) -> Vec<(String, Vec<usize>)> {
     let mut facets: Vec<(Vec<f64>, Vec<usize>)> = Vec::new();
     for &point in points {
@@ -116,7 +115,7 @@ fn key(quantity: &StudyQuantity, points: &[usize]) -> ColorKey {
     ColorKey::Scale(quantity.axis().ranging(low, high).logarithmic(by_powers))
 }
 
-/// Edges of cells: midpoints between the levels, in the logarithm on a logarithmic axis.
+/// Edges of cells: midpoints between the levels, or their geometric means on a logarithmic axis.
 fn edges(levels: &[f64], logarithmic: bool) -> Vec<f64> {
     let to = |value: f64| if logarithmic { value.ln() } else { value };
     let back = |value: f64| if logarithmic { value.exp() } else { value };
@@ -158,7 +157,6 @@ fn map(data: &StudyData, quantity: &StudyQuantity, [x, y]: [usize; 2], points: &
     panel
 }
 
-/// Dots at the points of a sample or boundary, coloured by a quantity.
 pub(super) fn dots(
     data: &StudyData,
     quantity: &StudyQuantity,
@@ -205,7 +203,7 @@ pub(super) fn dots(
             panel.curves.extend(boundary.curves);
         }
     }
-    // An empty map, which gives the colour scale.
+    // An empty map provides the colour scale.
     if matches!(key, ColorKey::Scale(_)) {
         panel.map = Some(Map {
             x_edges: Vec::new(),

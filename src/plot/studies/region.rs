@@ -1,4 +1,4 @@
-//! Region of a calibration: where the held targets hold, for each pair of parameters.
+//! Region of a calibration: where the required targets are met, for each pair of parameters.
 
 use super::data::{StudyAxis, StudyData};
 use super::{refused, title};
@@ -8,13 +8,13 @@ use crate::plot::points::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
 use stickslip_files::SweepFile;
 
-/// Residuals up to this are coloured: they show the slope outside the region.
+/// Largest residual that is coloured. Colours outside the region show the slope there.
 const NEAR: f64 = 4.0;
 /// Margin around the enlarged region, as a share of its width.
 const ROOM: f64 = 0.15;
 const HELD: f64 = 0.0;
 
-/// Calibration result of a parameter; NaN if it is not in the file.
+/// Calibration result for a parameter; NaN for values that are not in the file.
 struct RegionParameter {
     optimum: f64,
     compromise: f64,
@@ -23,7 +23,7 @@ struct RegionParameter {
     largest: f64,
 }
 
-/// A figure for each pair of parameters: the ranges, and the region enlarged. A single parameter has its residual.
+/// A figure for each pair of parameters, with the ranges, and the region enlarged. A single one has its residual.
 pub(super) fn figures(file: &SweepFile, data: &StudyData) -> Result<Vec<Figure>, PlotError> {
     let found = found(file, data)?;
     let worst = largest_residuals(file, data)?;
@@ -104,7 +104,7 @@ fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<RegionParameter>, Plo
     Ok((0..count).map(of).collect())
 }
 
-/// Largest residual of the held targets for each run, in half-widths; NaN for failed runs or missing quantities.
+/// Largest residual of the required targets for each run, in half-widths; NaN for failed runs or missing quantities.
 fn largest_residuals(file: &SweepFile, data: &StudyData) -> Result<Vec<f64>, PlotError> {
     let column = |name: &str| file.numbers(&format!("targets/{name}"));
     let (value, half_width, role) = (column("value")?, column("half_width")?, column("role")?);
@@ -180,7 +180,7 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], cur
     let window = |k: usize| {
         let own = &found[k];
         let axis = side(&data.axes[k], own);
-        // Bounds within rounding have no interior.
+        // Bounds that agree up to rounding have no interior.
         let extent = own.largest - own.least;
         if extent.is_nan() || extent <= 1e-12 * own.largest.abs() {
             return None;

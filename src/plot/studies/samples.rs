@@ -7,10 +7,10 @@ use crate::plot::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel};
 use crate::plot::style::{BLACK, BLUE, SKY};
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 
-/// Number of axes drawn, from the strongest dependence on.
+/// Number of drawn axes, those with the strongest dependence.
 const AXES: usize = 6;
 
-/// Histogram with percentiles, and dots against each varying axis, by decreasing rank correlation.
+/// Histogram with percentiles, and dots over each varying axis, by decreasing rank correlation.
 pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figure, PlotError> {
     let Some(distribution) = Distribution::of(&quantity.values, quantity.whole) else {
         let name = &quantity.name;
@@ -87,7 +87,7 @@ fn histogram(quantity: &StudyQuantity, distribution: &Distribution) -> Panel {
     panel
 }
 
-/// Spearman's coefficient over the points that have both values; 0 if one of them does not vary.
+/// Spearman's coefficient over the points that have both values; 0 if one of the two does not vary.
 pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
     let both: Vec<(f64, f64)> = x
         .iter()

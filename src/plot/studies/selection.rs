@@ -5,9 +5,8 @@ use super::{Choice, refused};
 use crate::plot::PlotError;
 
 pub(super) struct Selection {
-    /// Indices of the points.
     pub points: Vec<usize>,
-    /// Held axes in words.
+    /// Axes that are held constant, in words.
     pub held: Vec<String>,
 }
 
@@ -29,7 +28,7 @@ pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, P
             Some(code) => code as f64,
             None => text.parse().unwrap_or(f64::NAN),
         };
-        // Relative to the value: no value is close to infinity.
+        // Relative to the value, so that no value is close to infinity.
         let close = |value: f64| (value - wish).abs() <= 1e-6 * value.abs();
         let Some(value) = axis.values.iter().copied().find(|value| close(*value)) else {
             let levels = levels(axis.values.iter().copied());

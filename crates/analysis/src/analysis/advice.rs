@@ -60,8 +60,8 @@ fn too_few_runs(certificate: &Certificate) -> bool {
     methods.len() < LEAST_WITNESSES
 }
 
-/// Missing digits and a setting that has them, found by runs; `None` if all are there. Runs are compared with
-/// `solution` or certified. More digits than a double holds are asked of the oracle's events.
+/// Reports missing digits and a setting that provides them; `None` if none is missing. Candidate settings are tried by
+/// runs and compared with `solution` or certified. Beyond the digits of a double, only the oracle helps.
 pub fn shortfall(
     case: &Case,
     certificate: &Certificate,
@@ -181,7 +181,6 @@ fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
     keys.join(" ")
 }
 
-/// Digits of every event of the sequence in a run of the case; 0 if it fails or has not converged.
 fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
     let finished = run(case, &case.solver, &compared_output(&case.output), stop);
     if finished.rung.failure.is_some() || stop() {

@@ -1,11 +1,12 @@
 //! Detection of periodic motion.
 //!
-//! Every breakaway and every reversal is a section of the motion. A period is the time between two sections of one
-//! kind, at most [`LONGEST_PERIOD`](super::section::LONGEST_PERIOD) sections apart, whose states agree; every harmonic
-//! that drives the trains must complete whole turns in it. The search starts anew after a kick and after a corner of a
-//! signal. Sliding that slows down by itself has no period.
+//! Every breakaway and every reversal is a section of the motion. A period is the time between two sections of the
+//! same kind, at most [`LONGEST_PERIOD`](super::section::LONGEST_PERIOD) sections apart, whose states agree. Every
+//! harmonic that drives the trains must complete whole turns in it. The search starts anew after a kick and after a
+//! corner of a signal. Sliding that slows down by itself has no period.
 //!
-//! Without a period of these events, the states after whole periods of the forcing are sections. Without forcing and
+//! If these events show no period, the states after whole periods of the forcing are the sections. Without forcing and
+//! without further contact events, the minima of the relative velocity are the sections.
 //! further contact events, the minima of the relative velocity are sections.
 
 use super::forcing::{common_period, harmonics};
@@ -19,10 +20,10 @@ use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::System;
 use stickslip_system::record::{Cycle, DensePiece, Event, EventKind, Recorder, RecorderError, Sample, Segment};
 
-/// Strobes in a period of the forcing. The first is a section; the others measure the size of the motion.
+/// Strobes per period of the forcing. The first is a section; the others measure the size of the motion.
 const PHASES: u64 = 8;
 
-/// Shares of the end time from which a motion without events is integrated again, the shortest stretch last.
+/// Fractions of the end time. A motion without events is integrated again from each of them.
 const MARKS: [f64; 4] = [1.0 / 2.0, 3.0 / 4.0, 15.0 / 16.0, 63.0 / 64.0];
 
 /// Periodic motion at the end of a run.
@@ -63,14 +64,12 @@ pub struct Extremes {
 #[derive(Debug, Clone)]
 struct Strobes {
     hits: Hits,
-    /// Common period of the acting harmonics, s.
     period: Option<f64>,
     next: u64,
     sizes: Sizes,
 }
 
 impl Strobes {
-    /// Time of the next strobe, s; infinite if there is none.
     fn time(&self) -> f64 {
         let time = |period: f64| self.next as f64 * (period / PHASES as f64);
         self.period.map_or(f64::INFINITY, time)
@@ -103,9 +102,9 @@ pub(super) struct Recurrence<'a> {
     sticks: u64,
     stuck_since: f64,
     strobes: Strobes,
-    /// End time of the run if more than its events is examined, s.
+    /// End of the run, s; `None` if only its events are examined.
     end_time: Option<f64>,
-    /// Times at which the state is kept as a mark, s, the last first.
+    /// Mark times in descending order, s.
     next_marks: Vec<f64>,
     marks: Vec<Section>,
     last: Option<Section>,
@@ -120,7 +119,6 @@ fn sense(mode: Mode, relative_velocity: f64) -> i8 {
 }
 
 impl<'a> Recurrence<'a> {
-    /// Recorder of a run to `end` (s); without `end` only the events are examined.
     pub fn new(trains: &System, inner: &'a mut dyn Recorder, keeps_events: bool, end: Option<f64>) -> Self {
         let stops = twice_resistance(trains).is_some();
         let groups: Vec<usize> = further(trains)
@@ -174,12 +172,10 @@ impl<'a> Recurrence<'a> {
         });
     }
 
-    /// Time of the last event, s, and mode at the end.
     pub fn end(&self) -> (Option<f64>, Mode) {
         (self.sequence.last().map(|event| event.1), self.mode)
     }
 
-    /// State at the end of the run; `None` if the run stopped earlier or its rows lack part of the state.
     pub fn last_state(&self) -> Option<&Section> {
         let whole = |last: &&Section| last.further.len() == self.hits.groups().len();
         self.last
@@ -188,17 +184,14 @@ impl<'a> Recurrence<'a> {
             .filter(whole)
     }
 
-    /// Mean time between breakaways and reversals, s.
     pub fn mean_interval(&self) -> Option<f64> {
         self.hits.mean_interval()
     }
 
-    /// Attractor found in the events of the run.
     pub fn attractor_of_events(&self, trains: &System, threshold: f64) -> Option<Attractor> {
         Some(attractor(&self.hits.repetition()?, trains, threshold))
     }
 
-    /// Attractor at the end of the run: from events, from forcing, or without events.
     pub fn attractor(&self, trains: &System, threshold: f64) -> Option<Attractor> {
         self.attractor_of_events(trains, threshold)
             .or_else(|| self.attractor_of_forcing(trains, threshold))
@@ -219,7 +212,7 @@ impl<'a> Recurrence<'a> {
         })
     }
 
-    /// State at the end if nothing forces the motion and the closed contact slides.
+    /// State at the end if no force drives the motion and the closed contact slides.
     fn end_by_itself(&self) -> Option<&Section> {
         let end = self.last_state()?;
         let slides = end.mode.slides();
@@ -253,7 +246,6 @@ impl<'a> Recurrence<'a> {
         Some(attractor(&found?.repetition()?, trains, threshold))
     }
 
-    /// Whether the contact slides at the end of the run with constant states.
     pub fn is_steady(&self, trains: &System, threshold: f64) -> bool {
         let ends = self.end_by_itself().zip(self.marks.last());
         ends.is_some_and(|(end, mark)| smooth::is_steady(trains, threshold, [mark, end], self.hits.groups()))
@@ -275,7 +267,7 @@ fn attractor(repetition: &Repetition<'_>, trains: &System, threshold: f64) -> At
     }
 }
 
-/// Least and largest value of a curve through points (time, value, rate), with the extremes of the cubics between them.
+/// Least and largest value of the cubics through points (time, value, rate).
 fn extremes(points: impl Iterator<Item = (f64, f64, f64)> + Clone) -> (f64, f64) {
     let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
     let mut take = |value: f64| bounds = (bounds.0.min(value), bounds.1.max(value));

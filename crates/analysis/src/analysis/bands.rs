@@ -1,10 +1,10 @@
 //! Error bands of a trajectory's rows between its events.
 //!
-//! At a fixed time, a row near an event differs between two runs by its rate times the difference of the event times;
-//! this repeats the events' uncertainties. So runs are compared at equal phase: a stretch between two events is
-//! compared with the same stretch of the other run, at the same share of the way between its events. The band of a
-//! stretch bounds the error at the phase of a row. At the row's time, the rate times the uncertainty of the stretch's
-//! ends comes on top.
+//! At a fixed time, a row near an event differs between two runs by its rate times the difference of the event times.
+//! This difference only repeats the events' uncertainties, so runs are compared at equal phase: a stretch between two
+//! events is compared with the same stretch of the other run, at the same fraction of the way between its events. The
+//! band of a stretch bounds the error at the phase of a row. At the row's time, the rate times the uncertainty of the
+//! stretch's ends is added.
 
 use super::ladder::{Finished, counterparts, finest_arkode, shares_errors, time_scale, witnesses as witnesses_of};
 use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
@@ -20,10 +20,10 @@ use stickslip_system::model::Mode;
 use stickslip_system::model::system::Pressing;
 use stickslip_system::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
 
-/// Some roundings of the channel's size. The axial motion, a closed form in every method, has only this band.
+/// Several roundings of the channel's size. The axial motion, a closed form in every method, has only this band.
 const LEAST_BAND: f64 = 16.0 * f64::EPSILON;
 
-/// Name and unit of every column of a row in a file of the case: states, channels, further ones.
+/// Name and unit of every column of a result's rows: states, channels, then further columns.
 pub fn columns(case: &Case) -> impl Iterator<Item = (String, String)> + use<> {
     let [trajectory, ..] = schema::extended_tables(&extension(case));
     // Time, mode and segment precede the values.
@@ -32,16 +32,16 @@ pub fn columns(case: &Case) -> impl Iterator<Item = (String, String)> + use<> {
     variables.map(|variable| (variable.name, variable.units))
 }
 
-/// Most rows that are compared. It bounds memory: the ladder keeps the rows of five runs.
+/// Largest number of compared rows. It bounds memory: the ladder keeps the rows of five runs.
 const MOST_ROWS: usize = 200_000;
 
-/// Time step of the rates: share of the natural period, and share of the time for one radian of the fastest motion.
+/// Time step of the rates: fraction of the natural period, and of the time for one radian of the fastest motion.
 const TICK: (f64, f64) = (1e-3, 0.1);
 
-/// Stretch between an event and its predecessor; the last one ends with the run.
+/// Stretch between an event and its predecessor. The last stretch ends with the run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
-    /// Begin, s.
+    /// Start, s.
     pub start: f64,
     /// End, s.
     pub end: f64,
@@ -49,7 +49,7 @@ pub struct Stretch {
     pub mode: Mode,
     /// Whether the events at both ends have converged. If not, all numbers are NaN.
     pub converged: bool,
-    /// Larger uncertainty of the events at the ends, s.
+    /// The larger uncertainty of the events at both ends, s.
     pub time_uncertainty: f64,
     /// Error bound of each column at equal phase, in its unit; NaN if no row lies in the stretch.
     pub bands: Vec<f64>,
@@ -58,7 +58,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// Error bound at the time of a row that is further from both events than their uncertainty, in the column's unit.
+    /// Error bound at the time of a row, in the column's unit. It holds beyond the uncertainty of both events.
     pub fn at_fixed_time(&self, column: usize) -> f64 {
         self.bands[column] + self.rates[column] * self.time_uncertainty
     }
@@ -89,7 +89,7 @@ pub struct Bands {
 }
 
 impl Bands {
-    /// Replaces the uncertainties at the ends of the stretches. A stretch stays converged only if both events are.
+    /// Replaces the uncertainties at the ends of the stretches. A stretch stays converged only if both its events are.
     pub(super) fn retime(&mut self, events: &[CertifiedEvent]) {
         for (index, stretch) in self.stretches.iter_mut().enumerate() {
             let last = events.len().min(index + 1);
@@ -110,7 +110,6 @@ impl Bands {
     }
 }
 
-/// Largest value over the converged stretches; infinite if there is none.
 fn over(stretches: &[Stretch], value: &dyn Fn(&Stretch) -> f64) -> f64 {
     let known = stretches
         .iter()
@@ -120,8 +119,7 @@ fn over(stretches: &[Stretch], value: &dyn Fn(&Stretch) -> f64) -> f64 {
     known.reduce(f64::max).unwrap_or(f64::INFINITY)
 }
 
-/// Output settings of the compared rows: the case's samples, thinned if too many, without steps and samples around
-/// events.
+/// Output settings of the compared rows: the case's samples, thinned if too many, without steps and event samples.
 pub fn compared_output(output: &OutputOptions) -> OutputOptions {
     let plain = OutputOptions {
         steps: false,
@@ -147,12 +145,12 @@ fn times(output: &OutputOptions) -> Box<dyn Iterator<Item = f64>> {
     }))
 }
 
-/// Whether two times belong to one row: runs round sums of intervals differently.
+/// Whether two times belong to one row. Runs round sums of intervals differently.
 pub(super) fn same_row(a: f64, b: f64) -> bool {
     (a - b).abs() <= 16.0 * f64::EPSILON * a.abs().max(b.abs())
 }
 
-/// Selects the rows of [`compared_output`] from a file's rows, in order of time.
+/// Selects the rows of [`compared_output`] from a file's rows in order of time.
 pub struct Compared {
     times: std::iter::Peekable<Box<dyn Iterator<Item = f64>>>,
 }
@@ -178,7 +176,7 @@ struct BandSpan<'a> {
     last: Option<&'a Event>,
 }
 
-/// Stretches before each event, and after the last if the run has no more; `None` if an end is missing.
+/// One stretch before each event, and one after the last event if the run has no more; `None` if an end is missing.
 fn spans<'a>(events: &[Option<&'a Event>], no_more: bool, end: f64) -> Vec<Option<BandSpan<'a>>> {
     (0..=events.len())
         .map(|index| {
@@ -221,7 +219,6 @@ impl<'a> Cut<'a> {
     }
 }
 
-/// Larger of two numbers; NaN if either is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
@@ -235,13 +232,12 @@ struct Compare<'a> {
     course: Course,
     result: Cut<'a>,
     columns: usize,
-    /// Length of the further state without which a row's state is unknown.
+    /// Required length of the further state; the state of a shorter row is unknown.
     needed: usize,
     tick: f64,
 }
 
 impl Compare<'_> {
-    /// Change of a row within `dt` (s); NaN if its state is unknown.
     fn change(&self, row: &Sample, further: &[f64], dt: f64) -> Vec<f64> {
         match further.len() < self.needed {
             true => vec![f64::NAN; self.columns],
@@ -249,7 +245,6 @@ impl Compare<'_> {
         }
     }
 
-    /// Difference between a stretch of the result and another run; `None` if the other run lacks part of it.
     fn difference(&self, index: usize, span: &BandSpan, other: &Cut) -> Option<BandDifference> {
         let theirs = other.spans[index].as_ref()?;
         let mut difference = BandDifference {
@@ -274,7 +269,7 @@ impl Compare<'_> {
             let row = &result.samples[own];
             let is_earlier = |near: &Sample| near.time < row.time && !same_row(near.time, row.time);
             while rest.next_if(|near| is_earlier(&record.samples[*near])).is_some() {}
-            // Their row of this time can lie beyond their event; the states at the event then replace it.
+            // Their row at this time can lie beyond their event. The states at the event then replace it.
             let Some(&place) = rest.peek() else { break };
             let near = &record.samples[place];
             let inside = near.time > theirs.start && near.time < theirs.end;
@@ -293,7 +288,6 @@ impl Compare<'_> {
         Some(difference)
     }
 
-    /// Largest rate of each column in the rows of a stretch and at its ends. Event `index` ends the stretch.
     fn rates(&self, index: usize, span: &BandSpan, mode: Mode) -> Vec<f64> {
         let record = self.result.record;
         let mut rates = vec![0.0_f64; self.columns];
@@ -343,8 +337,8 @@ impl Compare<'_> {
             .sum()
     }
 
-    /// Least band of each column, in its unit, from its largest magnitude. The work of a kick, the residual and a
-    /// prescribed normal force are small differences of large numbers, whose rounding equal runs do not show.
+    /// Least band of each column, in its unit, from the column's largest magnitude. The work of a kick, the residual
+    /// and a prescribed normal force are small differences of large numbers: equal runs do not show their rounding.
     fn roundings(&self, case: &Case, names: &[(String, String)], largest: &[f64]) -> Vec<f64> {
         let named = || names.iter().map(|one| one.0.as_str()).zip(largest.iter().copied());
         let is_energy = |name: &str| {
@@ -373,10 +367,10 @@ impl Compare<'_> {
     }
 }
 
-/// Sum of: distances to the two nearest witnesses, distance to the finest run of `arkode`, effect of the rounded event
-/// times on the channel, and the channel's own rounding. One witness may share an error by chance; an error from the
-/// long sliding, such as an angle's, is the same in all stretches. A witness that shares errors with the result counts
-/// no less than the nearest independent one.
+/// A band is the sum of the distances to the two nearest witnesses, the distance to the finest run of `arkode`, the
+/// effect of the rounded event times on the channel, and the channel's own rounding. One witness may share an error by
+/// chance. An error from the long sliding, such as an angle's, is the same in all stretches. A witness that shares
+/// errors with the result counts no less than the nearest independent witness.
 pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
     let names: Vec<(String, String)> = columns(case).collect();
     let (method, end_time) = (case.solver.method, case.output.end_time);
@@ -408,7 +402,6 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
     let arkode = finest_arkode(ladder).map(cut);
     let first_mode = result.samples.first().map_or(Mode::SlipForward, |row| row.mode);
     let unknown = || vec![f64::NAN; names.len()];
-    // Bands and rates of a stretch; `None` if too few runs have all of it.
     let measured = |index: usize, span: &BandSpan, mode: Mode, rounding: f64| {
         let against = |other: &Cut| compare.difference(index, span, other);
         let seen: Vec<(bool, BandDifference)> = witnesses
@@ -468,7 +461,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
 }
 
 /// Sum of the two least (independent, distance) pairs. A dependent distance counts no less than the least independent
-/// one. NaN without an independent distance and another.
+/// distance. NaN if there is no independent distance, or only one distance.
 fn two_nearest(distances: impl Iterator<Item = (bool, f64)>) -> f64 {
     let (mut independent, mut others) = (Vec::new(), Vec::new());
     for (is_independent, distance) in distances {

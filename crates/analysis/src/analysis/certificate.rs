@@ -1,9 +1,9 @@
-//! True digits of a result, by a ladder of independent runs and a bound on rounding.
+//! True digits of a result, from a ladder of independent runs and a bound on rounding.
 //!
-//! The result is compared with the finest run of each independent method (a witness). Two methods without a common
+//! The result is compared with the finest run of each independent method, a witness. Two methods without a common
 //! error differ by about the larger of their errors. Twice the distance to the nearest witness therefore covers the
-//! result's error, if the largest distance over some neighbouring events is taken: at a single event two errors may
-//! cross. `erk` follows the oscillation like `arkode`, so it confirms only the sequence of a result of `arkode`, not
+//! error of the result. At a single event two errors may cross, so the largest distance over some neighbouring events
+//! counts. `erk` follows the oscillation like `arkode`, so it confirms only the sequence of a result of `arkode`, not
 //! its times. Rounding affects all methods alike and is added. The oracle can overrule the ladder ([`super::exact`]).
 
 use super::Summary;
@@ -27,16 +27,16 @@ use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions};
 use stickslip_oracle::OracleError;
 use stickslip_system::record::{Event, EventKind, MemoryRecorder};
 
-/// Two methods can agree by accident at one event, so the largest distance over this many neighbours counts.
+/// Neighbours on each side. Two methods can agree by accident at one event, so the largest distance counts.
 const NEIGHBOURS: usize = 4;
 
-/// An event is unknown if no two methods agree within this share of the natural period: its phase is undetermined.
+/// An event is unknown if no two methods agree within this fraction of the natural period: its phase is undetermined.
 pub(super) const LARGEST_SHARE: f64 = 0.02;
 
-/// e-folds by which rounding must grow to appear in the relative velocity; about five fewer than for a stick.
+/// e-folds by which rounding must grow to appear in the relative velocity; a stick needs about five more.
 const GROWN_NOISE: f64 = 20.0;
 
-/// Rounding error of an event's time, in units of its last place, where the linearised motion does not follow it.
+/// Rounding error of an event's time, in units of its last place, if the linearised motion does not cover the event.
 const ROUNDING: f64 = 64.0;
 
 /// Verdict of the ladder on a result.
@@ -82,12 +82,12 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Least digits of an event of the sequence; `None` without events.
+    /// Least number of true digits of an event of the sequence; `None` without events.
     pub fn least_digits(&self) -> Option<u32> {
         self.in_event_sequence().map(CertifiedEvent::digits).min()
     }
 
-    /// Least number of digits that double precision allows for an event of the sequence.
+    /// Least number of digits that double precision allows for an event of the sequence; `None` without events.
     pub fn most_digits(&self) -> Option<u32> {
         self.in_event_sequence().filter_map(CertifiedEvent::most_digits).min()
     }
@@ -116,7 +116,7 @@ pub enum CertifyError {
     Interrupted,
 }
 
-/// Certifies a result that the case's own settings reproduce: its events, and the rows of [`compared_output`].
+/// Certifies the events and the rows of [`compared_output`] of a result that the case's own settings reproduce.
 ///
 /// The runs use all processors. `stop` is polled.
 ///
@@ -130,7 +130,6 @@ pub fn certify(
     certify_until(case, None, result, &Deadline::default(), stop)
 }
 
-/// [`certify`] with a deadline. Slopes refer to the `written` parameters of the case, if known.
 pub(super) fn certify_until(
     case: &Case,
     written: Option<&WrittenCase>,
@@ -146,7 +145,7 @@ pub(super) fn certify_until(
         max_wall_time: deadline.limit(solver.max_wall_time),
         ..solver.clone()
     };
-    // The run by the case's own settings only serves to judge a loss of stability.
+    // This run serves only to judge a loss of stability.
     let own = can_lose_stability(case).then(|| run(case, &limited(&case.solver), &output, stop));
     if stop() {
         return Err(CertifyError::Interrupted);
@@ -219,7 +218,7 @@ pub(super) fn certify_until(
     })
 }
 
-/// ln of (largest effect of a kick on the time of the first stick / its uncertainty).
+/// ln(largest effect of a kick on the time of the first stick / uncertainty of that time).
 fn kick_above_methods(events: &[CertifiedEvent], linearised: &Linearised) -> Option<f64> {
     let index = events.iter().position(|event| event.kind == EventKind::Stick.name())?;
     let (event, linear) = (&events[index], linearised.events.get(index)?);
@@ -240,7 +239,7 @@ fn judge(
 ) -> Vec<CertifiedEvent> {
     let period = time_scale(case);
     let excitation = Excitation::new(&case.system);
-    // All methods share the zeros of the normal force: their distances do not show its rounding.
+    // All methods share the zeros of the normal force, so distances between methods do not show their rounding.
     let mut of_zeros: f64 = 0.0;
     let onset = result.iter().position(|event| event.kind == EventKind::Stick);
     let single = |run: &Finished| -> Vec<f64> {
@@ -303,7 +302,7 @@ fn judge(
                 } else if seen < LEAST_WITNESSES {
                     lost = Some(Verdict::SequenceDiffers);
                 } else if uncertainty.is_nan() || uncertainty > LARGEST_SHARE * period {
-                    // If the others agree, the result is coarse; half a period off means another event.
+                    // If the others agree, the result is coarse. A difference of half a period means another event.
                     lost = match (alike(index), uncertainty <= 0.5 * period) {
                         (true, true) => None,
                         (true, false) => Some(Verdict::SequenceDiffers),
@@ -311,8 +310,8 @@ fn judge(
                     };
                 }
             }
-            // If the onset is noise, so are the oscillation's crossings of the stability margin: smooth sliding has
-            // none.
+            // If noise triggers the onset, it also determines the oscillation's crossings of the stability margin.
+            // Smooth sliding has no such crossings.
             let of_margin = matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
             let grown = linear.and_then(|linear| linear.growth).unwrap_or(0.0);
             if lost.is_none() && noise && of_margin && grown > GROWN_NOISE {
@@ -330,7 +329,7 @@ fn judge(
             }
             let verdict = lost.or(alone).unwrap_or(Verdict::Converged);
             let uncertainty = match verdict {
-                // Set by the case: only the number rounds.
+                // The case sets this time: only the number rounds.
                 _ if timed => f64::EPSILON * event.time,
                 // No time is known better than its last place.
                 Verdict::Converged => uncertainty.max(f64::EPSILON * event.time),

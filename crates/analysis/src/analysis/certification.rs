@@ -16,13 +16,13 @@ use stickslip_system::record::{Event, MemoryRecorder};
 pub struct Written {
     source: CaseSource,
     overrides: Vec<Override>,
-    /// Text from which the source was resolved, if it was.
+    /// Text before resolution, if it gives the same case.
     given: Option<CaseSource>,
 }
 
 impl Written {
-    /// Text of `case`, which `resolved` gives with these overrides. `given`, the original text, is used only if it
-    /// alone gives the same case.
+    /// Text of `case`, from `resolved` and `overrides`. The original text `given` is used only if it gives the same
+    /// case.
     pub fn new(case: &Case, given: Option<CaseSource>, resolved: &CaseSource, overrides: &[Override]) -> Written {
         let same = |text: &CaseSource| {
             let read = Case::read(text, &[]);
@@ -53,7 +53,10 @@ impl Written {
         })
     }
 
-    /// The case without rounding, or all problems of the text.
+    /// Reads the case without rounding.
+    ///
+    /// # Errors
+    /// All problems of the text.
     pub fn exact(&self) -> Result<ExactCase, CaseError> {
         Case::exact(&self.source, &self.overrides)
     }
@@ -96,13 +99,13 @@ pub struct Certify<'a> {
 /// Certificate and sensitivities of a result.
 #[derive(Debug)]
 pub struct Certified {
-    /// Certificate of the ladder, overruled by the oracle if that was asked.
+    /// Certificate of the ladder, overruled by the oracle if requested.
     pub certificate: Certificate,
-    /// Sensitivities of the converged events and of the run's result, if asked, or the reason why they are missing.
+    /// Sensitivities of the converged events and of the run's result, if requested, or the reason for their absence.
     pub sensitivities: Option<Result<CaseSensitivities, String>>,
-    /// The oracle's events, if it was asked.
+    /// The oracle's events, if requested.
     pub exact: Option<OracleSolution>,
-    /// Stage that was interrupted: it and the later ones are missing.
+    /// Interrupted stage; its results and those of later stages are missing.
     pub interrupted: Option<Stage>,
 }
 
@@ -128,14 +131,13 @@ impl<'a> Certify<'a> {
         }
     }
 
-    /// Adds sensitivities to each written parameter, and effects of half a unit in its last digit.
+    /// Adds the sensitivities to each written parameter and the effect of half a unit in its last digit.
     pub fn sensitivities(mut self, written: &'a Written) -> Self {
         self.written = Some(written);
         self
     }
 
-    /// Lets the oracle decide, with at least `digits` true digits in each event time. `exact` is the unrounded case,
-    /// see [`Case::exact`].
+    /// Lets the oracle decide, with at least `digits` true digits in each event time. `exact`: see [`Case::exact`].
     pub fn oracle(mut self, exact: &'a ExactCase, digits: u32) -> Self {
         self.oracle = Some(Question {
             exact,
@@ -146,7 +148,8 @@ impl<'a> Certify<'a> {
         self
     }
 
-    /// Like [`Self::oracle`], within a time limit. If the oracle fails, the ladder's certificate stays and says why.
+    /// Like [`Self::oracle`], within a time limit. If the oracle fails, the ladder's certificate stays with the
+    /// reason.
     pub fn oracle_within(mut self, exact: &'a ExactCase, digits: u32, longest: Duration) -> Self {
         self.oracle = Some(Question {
             exact,
@@ -157,19 +160,19 @@ impl<'a> Certify<'a> {
         self
     }
 
-    /// Sets a deadline: ladder and oracle then fail, sensitivities are left out.
+    /// Sets a deadline. After it, ladder and oracle fail; sensitivities are left out.
     pub fn until(mut self, deadline: Deadline) -> Self {
         self.deadline = deadline;
         self
     }
 
-    /// Flag that interrupts the certification.
+    /// Sets a flag that interrupts the certification.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = Some(stop);
         self
     }
 
-    /// Callback for the oracle's progress.
+    /// Sets a callback for the oracle's progress.
     pub fn progress(mut self, progress: impl FnMut(OracleProgress) + 'a) -> Self {
         self.progress = Some(Box::new(progress));
         self
@@ -234,11 +237,11 @@ impl<'a> Certify<'a> {
     }
 }
 
-/// Sensitivities of a result to the written parameters of its case. The leading converged events count as certain.
-/// Without time for reruns, the slopes remain and `without_reruns` gives the reason.
+/// Sensitivities of a result to the written parameters of its case. The leading converged events count as certain. If
+/// time is too short for reruns, the slopes remain and `without_reruns` gives the reason.
 ///
 /// # Errors
-/// The reason why there are none.
+/// The reason why there are no sensitivities.
 pub fn of_written(
     written: &WrittenCase,
     certificate: &Certificate,

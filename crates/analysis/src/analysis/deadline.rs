@@ -1,4 +1,4 @@
-//! Limit of wall time for a command with many runs.
+//! Limit on the wall time of a command with many runs.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ pub(super) const INTERRUPTED: &str = "interrupted";
 /// Deadline of a command; none by default.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Deadline {
-    /// `None` without a limit, or if it exceeds the clock's range.
+    /// `None` without a limit, or if the limit exceeds the clock's range.
     end: Option<Instant>,
     allowed: f64,
 }
@@ -27,7 +27,7 @@ impl Deadline {
         self.end.is_some_and(|end| Instant::now() >= end)
     }
 
-    /// Wall time (s) of a run that begins now and has a limit of its own.
+    /// Wall time (s) left for a run that begins now and may have a limit of its own.
     pub fn limit(&self, own: Option<f64>) -> Option<f64> {
         let left = self
             .end
@@ -35,7 +35,7 @@ impl Deadline {
         own.into_iter().chain(left).reduce(f64::min)
     }
 
-    /// Reason why a part is missing: an interruption without the user's request is due to the deadline.
+    /// Reason why a part is missing. An interruption that the user did not request is due to the deadline.
     pub fn explain(&self, why: String, stopped: bool) -> String {
         if why != INTERRUPTED || stopped {
             return why;

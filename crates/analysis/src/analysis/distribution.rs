@@ -25,7 +25,7 @@ pub struct Distribution {
 }
 
 impl Distribution {
-    /// Distribution of the finite values; `None` if there are none. Bars of `whole` values are centred on them.
+    /// Distribution of the finite values; `None` if there are none. Bars of `whole` numbers are centred on them.
     pub fn of(values: &[f64], whole: bool) -> Option<Distribution> {
         let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -52,7 +52,7 @@ fn percentile(sorted: &[f64], percent: f64) -> f64 {
     }
 }
 
-/// Bars with a round width near 2 (q75 - q25) n^(-1/3), the rule of Freedman and Diaconis.
+/// Bars of a round width near 2 (q75 - q25) n^(-1/3), the rule of Freedman and Diaconis.
 fn bars(sorted: &[f64], whole: bool) -> Vec<(f64, f64, usize)> {
     let (least, largest) = (sorted[0], sorted[sorted.len() - 1]);
     let extent = largest - least;
@@ -87,7 +87,7 @@ fn bars(sorted: &[f64], whole: bool) -> Vec<(f64, f64, usize)> {
     bars
 }
 
-/// Largest 1, 2 or 5 times a power of ten up to `wish`.
+/// Largest of 1, 2 or 5 times a power of ten up to `wish`.
 fn round_width(wish: f64) -> f64 {
     let power = 10f64.powf(wish.log10().floor());
     let factor = [5.0, 2.0, 1.0]

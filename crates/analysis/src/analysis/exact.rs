@@ -1,8 +1,8 @@
 //! Certificate by the oracle: the events of a result are compared with the exact ones.
 //!
-//! A ladder bounds an error by distances between methods. The bound is wrong if all methods share an error, and wide if
-//! the result is better than every witness. The distance to the oracle's events is the error itself, up to the oracle's
-//! own.
+//! A ladder bounds an error by distances between methods. The bound is wrong if all methods share an error. It is wide
+//! if the result is better than every witness. The distance to the oracle's events is the error itself, up to the
+//! oracle's own error.
 
 use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict};
 use super::ladder::time_scale;
@@ -18,11 +18,11 @@ use stickslip_system::record::{Event, EventKind};
 
 pub(crate) const ORACLE_DIGITS: u32 = 25;
 
-/// Longest time for the oracle, unless the case has a limit.
+/// Longest time for the oracle, if the case has no limit.
 pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 
-/// Solves the case by the oracle, which overrules the certificate of these events. `asked`: true digits of each event
-/// time, and longest duration. `exact`: the unrounded case. Fails like [`oracle::solve`].
+/// Solves the case by the oracle, which overrules the certificate of these events. `asked` holds the true digits of
+/// each event time and the longest duration; `exact` is the unrounded case. Fails like [`oracle::solve`].
 pub fn settle(
     certificate: &mut Certificate,
     case: &Case,
@@ -39,15 +39,14 @@ pub fn settle(
     Ok(solution)
 }
 
-/// Relative time that the oracle continues beyond `end_time`: a corner at the end can lie later than its double.
+/// Relative time of the oracle beyond `end_time`: the exact time of a corner at the end can exceed its double.
 const BEYOND_THE_END: f64 = 4.0 * f64::EPSILON;
 
-/// End (s) of an oracle run for comparison with a run; [`drop_events_at_the_end`] removes the surplus.
 pub(super) fn beyond_the_end(end_time: f64) -> BigRational {
     BigRational::from_float(end_time * (1.0 + BEYOND_THE_END)).unwrap_or_default()
 }
 
-/// Oracle request up to the run's end; the time limit is the shorter of `longest` and the run's own.
+/// The time limit is the shorter of `longest` and the run's own.
 pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u32, longest: Duration) -> OracleRequest {
     let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
     OracleRequest {
@@ -61,7 +60,6 @@ pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u3
     }
 }
 
-/// Removes exact events at `end_time` (s), up to rounding, that are missing among the run's `own` events.
 pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event], end_time: f64) {
     let events = &mut solution.report.events;
     while let Some(last) = events.last() {
@@ -76,7 +74,7 @@ pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event
     }
 }
 
-/// Removes exact separations that end within the spacing of doubles at their time, unless the run has them. Such a
+/// Removes exact separations shorter than the spacing of doubles at their time, unless the run has them. Such a
 /// separation comes from ringing below rounding where the force touches zero at a corner.
 fn drop_unresolved_separations(solution: &mut OracleSolution, own: &[Event]) {
     let events = &mut solution.report.events;
@@ -110,7 +108,7 @@ fn solve(
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
-    // A kick ends the growth at the first stick, close to the methods' onset.
+    // A kick ends the growth at the first stick, near the onset that the methods find.
     let kicked = !case.system.kicks.is_empty();
     let growth = match certificate.growth_to_onset.filter(|_| kicked) {
         Some(growth) => growth,
@@ -134,19 +132,18 @@ fn solve(
 
 pub(super) struct Partner {
     exact: usize,
-    /// Own time less exact time, s.
+    /// Own minus exact time, s.
     distance: f64,
-    /// Largest distance between the result's event and the exact one, s.
+    /// Bound on the distance between the result's event and the exact one, s.
     pub uncertainty: f64,
     error: f64,
 }
 
-/// The sum of two bounds, rounded up.
 fn bound_of_sum(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { a + b } else { (a + b).next_up() }
 }
 
-/// The oracle's counterpart of each event, if near, and the number of exact events of the sequence without one.
+/// Exact counterpart of each event, if near, and the number of exact events of the sequence without counterpart.
 pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution) -> (Vec<Option<Partner>>, usize) {
     let period = time_scale(case);
     let exact = &solution.report.events;
@@ -186,7 +183,7 @@ pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution)
             uncertainty: bound_of_sum(own.distance(&exact[index].time), error),
             error,
         };
-        // At a larger distance it is another event.
+        // A larger distance means another event.
         (partner.distance.abs() <= LARGEST_SHARE * period).then_some(partner)
     };
     let partners: Vec<Option<Partner>> = partner.into_iter().zip(result).map(near).collect();
@@ -195,7 +192,7 @@ pub(super) fn partners(case: &Case, result: &[Event], solution: &OracleSolution)
 }
 
 /// Replaces the ladder's judgement. An event with an exact counterpart has converged; its uncertainty is the distance
-/// plus the oracle's own error. [`Certificate::contradiction`] says where the ladder was wrong.
+/// plus the oracle's own error. [`Certificate::contradiction`] states where the ladder was wrong.
 pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
     let (partners, missing) = partners(case, result, solution);
     let ladder = certificate.verdict;

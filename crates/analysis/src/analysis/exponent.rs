@@ -2,8 +2,8 @@
 //!
 //! Two neighbouring motions continue from the end of the run by `series`, through all events. After each interval the
 //! deviation is scaled back to its first size in its own direction (Benettin, Galgani, Giorgilli and Strelcyn,
-//! Meccanica 15, 1980, 9). A stick removes the deviation of the relative velocity; the rest survives, since its
-//! direction is kept. If nothing is left, the motions coincide and a new deviation is set.
+//! Meccanica 15, 1980, 9). A stick removes the deviation of the relative velocity; the other components survive
+//! because the direction is kept. If nothing is left, the motions coincide, and a new deviation is set.
 
 use super::forcing::{forcing_period, harmonics};
 use serde::Serialize;
@@ -20,25 +20,25 @@ use stickslip_system::record::{Recorder, RecorderError, Sample};
 /// Initial deviation relative to the largest state. Its square is below the motions' errors of about 1e-13.
 const DEVIATION: f64 = 1e-8;
 
-/// Share of the deviation below which only the motions' errors are left.
+/// Fraction of the deviation below which only the motions' errors are left.
 const GONE: f64 = 1e-5;
 
-/// Most and fewest intervals; the run must have the fewest as well.
+/// Largest and least number of intervals. The run itself must also contain the least number.
 const INTERVALS: (usize, usize) = (1600, 120);
 
-/// The first 1/TURNING of the intervals, in which the deviation turns into the growing direction, is skipped.
+/// The first 1/TURNING of the intervals is skipped: the deviation turns into the growing direction.
 const TURNING: usize = 8;
 
-/// Steps of both motions together: about a second. A limit in steps keeps the exponent reproducible.
+/// Limit for both motions together, about one second. A limit in steps keeps the exponent reproducible.
 const MOST_STEPS: usize = 40_000;
 
 /// Cost of restarting a motion, in steps.
 const STEPS_OF_START: usize = 4;
 
-/// Numbers of batches for the standard error; the larger error counts.
+/// Numbers of batches for the standard error. The larger error counts.
 const BATCHES: [usize; 2] = [20, 10];
 
-/// Total e-folds of gain or loss that are compatible with a zero exponent.
+/// Total gain or loss, in e-folds, that is compatible with a zero exponent.
 const FREE_GROWTH: f64 = 2.0;
 
 /// An exponent differs from zero beyond this many standard errors.
@@ -132,7 +132,7 @@ impl Motions<'_> {
         self.course.state_of(further)
     }
 
-    /// Integrates from a state at `from` (s) to `end` (s) into `states`. Returns whether `end` was reached.
+    /// Integrates from a state at `from` (s) into `states`. Returns whether `end` (s) was reached.
     fn go(&mut self, from: (f64, &[f64]), end: f64, states: &mut ExponentStates) -> bool {
         let solver = SolverOptions {
             method: Method::Series,
@@ -151,7 +151,7 @@ impl Motions<'_> {
         arrived
     }
 
-    /// Weighted norm of a deviation: twists times the frequencies of their inertias, as speeds.
+    /// Weighted norm of a deviation. Twists times the frequencies of their inertias count as speeds.
     fn size(&self, deviation: &[f64]) -> f64 {
         let parts = deviation.iter().zip(&self.weights);
         parts.map(|(part, weight)| (part * weight).powi(2)).sum::<f64>().sqrt()
@@ -197,7 +197,6 @@ impl Motions<'_> {
     }
 }
 
-/// Exponent from growth (e-folds) in intervals (s).
 fn mean(grown: &[(f64, f64)]) -> Exponent {
     let rate = |part: &[(f64, f64)]| {
         let sum = part.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
@@ -218,7 +217,7 @@ fn mean(grown: &[(f64, f64)]) -> Exponent {
 }
 
 /// Largest exponent of the motion that continues from the end of a run. `section` is the mean time between sections
-/// (s), if there are any. `None` if the run is too short, or if the system changes soon after.
+/// (s), if there are any. `None` if the run is too short, or if the system changes soon after its end.
 pub fn exponent(system: &System, threshold: f64, end: &Section, section: Option<f64>) -> Option<Exponent> {
     let forced = harmonics(system)
         .iter()
@@ -253,7 +252,7 @@ pub fn exponent(system: &System, threshold: f64, end: &Section, section: Option<
         times: (1..=intervals).rev().map(there).collect(),
         ..ExponentStates::default()
     };
-    // Half of the steps are for the neighbour.
+    // The neighbour gets the other half of the steps.
     motions.steps = MOST_STEPS / 2;
     motions.go((end.time, &state), there(intervals), &mut states);
     motions.steps += MOST_STEPS / 2;

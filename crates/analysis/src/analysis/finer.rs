@@ -3,19 +3,18 @@
 use stickslip_engine::simulation::{Method, SolverOptions, natural_period};
 use stickslip_system::model::system::System;
 
-/// Expected distance between an event of the default method and an independent method's, s.
+/// Expected distance between events of the default method and of an independent method, s.
 const PROMISED: f64 = 1e-9;
 
-/// Steps per natural period of a rerun that finds short sticks, which longer steps miss.
+/// Steps per natural period of a rerun. Longer steps miss short sticks.
 const STEPS_PER_PERIOD: f64 = 50.0;
 
-/// Largest expected distance between the events of a run and its witness, s. It grows with the tolerance.
 pub(super) fn promised(solver: &SolverOptions) -> f64 {
     PROMISED * (solver.rtol / SolverOptions::default().rtol).max(1.0)
 }
 
-/// Settings to try if `cvode` and its witness differ: default tolerance, then shorter steps as well. Other methods are
-/// studied as they are; `series` gains nothing.
+/// Settings to try if `cvode` and its witness differ: first the default tolerance, then shorter steps as well. Results
+/// of other methods are studied as they are; `series` gains nothing.
 pub(super) fn finer_settings(solver: &SolverOptions, system: &System) -> Vec<SolverOptions> {
     if solver.method != Method::Cvode {
         return Vec::new();

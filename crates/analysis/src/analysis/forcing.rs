@@ -9,7 +9,7 @@ use stickslip_system::signal::{Drive, Wave};
 pub struct Harmonic {
     /// Angular frequency, rad/s.
     pub angular_frequency: f64,
-    /// Begin and end of its action, s.
+    /// Start and end of its action, s.
     pub acts: (f64, f64),
 }
 
@@ -27,10 +27,9 @@ impl Harmonic {
     }
 }
 
-/// Relative tolerance for a ratio of whole numbers: the rounding of a few digits.
+/// Relative tolerance of a ratio of whole numbers: the rounding of a few digits.
 pub(crate) const SAME_RATIO: f64 = 1e-12;
 
-/// Largest whole number in a ratio of two frequencies.
 const LARGEST_WHOLE: f64 = 1000.0;
 
 pub(crate) fn harmonics(system: &System) -> Vec<Harmonic> {
@@ -46,7 +45,7 @@ pub(crate) fn harmonics(system: &System) -> Vec<Harmonic> {
     found
 }
 
-/// Least period (s) of all lasting harmonics. `None` without one, or if a ratio needs whole numbers above 1000.
+/// Least common period (s) of all lasting harmonics. `None` without one, or if a ratio needs whole numbers above 1000.
 pub(crate) fn forcing_period(system: &System) -> Option<f64> {
     let lasting = harmonics(system);
     common_period(lasting.iter().filter(|harmonic| harmonic.acts.1 == f64::INFINITY))

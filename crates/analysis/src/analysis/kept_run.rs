@@ -31,7 +31,7 @@ pub struct KeptRun<'a> {
     control: Option<Box<dyn FnMut() -> ControlFlow<()> + 'a>>,
 }
 
-/// Run in memory: its rows, and the other contents of its result file.
+/// Run in memory: the rows and the other contents of its result file.
 #[derive(Debug)]
 pub struct KeptReport {
     /// Every row.
@@ -40,7 +40,7 @@ pub struct KeptReport {
     pub end: KeptReportEnd,
 }
 
-/// End of a run, and the contents of its file beside the rows.
+/// End of a run and the contents of its file besides the rows.
 #[derive(Debug)]
 pub struct KeptReportEnd {
     /// The run.
@@ -51,16 +51,16 @@ pub struct KeptReportEnd {
 }
 
 impl KeptReportEnd {
-    /// Main numbers of the run. The paper's own case also shows the paper's numbers.
+    /// Main numbers of the run. For the paper's own case, the paper's numbers are shown too.
     pub fn headline(&self) -> Vec<HeadlineRow> {
         headline(&self.case, &self.run.summary)
     }
 
-    /// Writes the result file of the run with its rows: the bytes of a [`SavedRun`](crate::SavedRun)'s file, except for
-    /// time and command. Returns its path; an incomplete run gives the partial file.
+    /// Writes the result file of the run with its rows and returns the path. The bytes are those of a
+    /// [`SavedRun`](crate::SavedRun)'s file, except for time and command. An incomplete run gives the partial file.
     ///
     /// # Errors
-    /// A file that may not be replaced exists, or writing fails.
+    /// A file that must not be replaced exists, or writing fails.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
         let run = &self.run;
         let witness = run.witness.as_ref().map(Witness::additions);
@@ -86,25 +86,25 @@ impl<'a> KeptRun<'a> {
         }
     }
 
-    /// Text of the case as it was given, for the file; by default it is the resolved case.
+    /// Sets the text of the case for the file. By default it is the resolved case.
     pub fn text(mut self, text: &str) -> Self {
         text.clone_into(&mut self.header.case_text);
         self
     }
 
-    /// Keeps no samples. Their integration still costs time; see [`Case::without_trajectory`].
+    /// Keeps no samples. Their integration still costs time ([`Case::without_trajectory`] avoids it).
     pub fn events_alone(mut self, wanted: bool) -> Self {
         self.events_alone = wanted;
         self
     }
 
-    /// Compares the run with another method. If they disagree, the run is repeated with finer settings, if these help.
+    /// Compares the run with another method. If they disagree, the run is repeated with finer settings, if they help.
     pub fn witness(mut self, wanted: bool) -> Self {
         self.witness = wanted;
         self
     }
 
-    /// Callback that is polled during the run and its witness; `Break` ends them in good order.
+    /// Sets a callback that is polled during the run and its witness; `Break` ends both cleanly.
     pub fn control(mut self, control: impl FnMut() -> ControlFlow<()> + 'a) -> Self {
         self.control = Some(Box::new(control));
         self

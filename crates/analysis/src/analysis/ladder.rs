@@ -1,4 +1,4 @@
-//! The ladder: runs of one case by independent methods at several tolerances, matched with a result's events.
+//! The ladder: runs of a case by independent methods at several tolerances, matched with the events of a result.
 
 use super::deadline::Deadline;
 use super::verdict::LEAST_WITNESSES;
@@ -12,7 +12,7 @@ use stickslip_engine::workers::over_processors;
 use stickslip_system::model::margin;
 use stickslip_system::record::{Event, FurtherColumns, MemoryRecorder};
 
-/// Methods and tolerances, each method's finest last. The short runs of `series` at the end fill idle processors.
+/// Methods and tolerances, the finest of each method last. The short runs of `series` at the end fill idle processors.
 pub(crate) const RUNGS: [(Method, f64); 11] = [
     (Method::Arkode, 1e-9),
     (Method::Arkode, 1e-12),
@@ -27,7 +27,7 @@ pub(crate) const RUNGS: [(Method, f64); 11] = [
     (Method::Series, 1e-12),
 ];
 
-/// Ladder without a loss of stability: rounding is not amplified, so one tolerance per method suffices.
+/// Ladder for cases that cannot lose stability: rounding is not amplified, so one tolerance per method suffices.
 const SHORT: [(Method, f64); 3] = [
     (Method::Series, 1e-10),
     (Method::Arkode, 1e-13),
@@ -36,12 +36,12 @@ const SHORT: [(Method, f64); 3] = [
 
 const STAND_IN: f64 = 1e-12;
 
-/// A long ladder: a hundred times the periods of a brake whose contact damps the fast mode until it loses stability.
+/// Natural periods of a long ladder: 100 times those of a brake whose contact damps the fast mode until the onset.
 const MANY_PERIODS: f64 = 3000.0;
 
-/// Whether a long ladder has a run for a result of this method: only each method's finest run, and only as many
-/// witnesses as must agree. `cvode-bdf` is by far the most expensive. Where everything is resolved, `cvode-adams` errs
-/// a hundred times as much as `series`, so it only replaces a witness of the result's own method.
+/// Whether a long ladder has a run for a result of this method. It has only each method's finest run, and only as many
+/// witnesses as must agree. `cvode-bdf` is by far the most expensive. If everything is resolved, the error of
+/// `cvode-adams` is a hundred times that of `series`, so it only replaces a witness of the result's own method.
 fn is_worth_its_time((method, rtol): (Method, f64), of: Method) -> bool {
     let needed = match method {
         Method::CvodeBdf => false,
@@ -52,12 +52,12 @@ fn is_worth_its_time((method, rtol): (Method, f64), of: Method) -> bool {
     needed && !RUNGS.iter().any(|rung| rung.0 == method && rung.1 < rtol)
 }
 
-/// Whether sliding slows down by itself and can lose its stability: deviations then grow until the first stick.
+/// Whether sliding slows down by itself and can lose stability. Deviations then grow until the first stick.
 pub(super) fn can_lose_stability(case: &Case) -> bool {
     margin::resistance(&case.system).is_ok()
 }
 
-/// Time scale of events, s: the natural period, or the whole run if nothing moves by itself.
+/// Time scale of events, s: the natural period, or the whole run if the system has none.
 pub(super) fn time_scale(case: &Case) -> f64 {
     natural_period(&case.system).unwrap_or(case.output.end_time)
 }
@@ -69,8 +69,8 @@ fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
     resolved.map(|segment| segment.end - segment.start).sum::<f64>() / period
 }
 
-/// Natural periods over which the ladder's runs must resolve the fast mode, if many; `own` is the run by the case's own
-/// settings. `series` counts them for the paper's procedure, which does not know what it resolves.
+/// Natural periods over which the ladder must resolve the fast mode, if there are many. `own` is the run by the case's
+/// own settings. `series` counts them for the paper's procedure, which cannot tell what it resolves.
 pub(super) fn many_periods(
     case: &Case,
     own: &Finished,
@@ -168,8 +168,8 @@ pub(super) struct Ladder {
     pub left_out: Option<String>,
 }
 
-/// All rungs, on all processors, in the order of [`RUNGS`]. `own`, the run by the case's own settings, may be one of
-/// them. With [`many_periods`] only the runs of [`is_worth_its_time`].
+/// All runs in the order of [`RUNGS`], on all processors. `own`, the run by the case's own settings, may be one of
+/// them. With [`many_periods`], only the runs of [`is_worth_its_time`].
 pub(super) fn climb(
     case: &Case,
     result: &[Event],
@@ -223,7 +223,7 @@ pub(super) fn climb(
         run
     });
     let mut runs: Vec<Finished> = std::iter::once(first).chain(others).collect();
-    // A run that failed, or has another sequence, needs a substitute.
+    // A run that failed or has another sequence needs a substitute.
     let stand_in = match can_lose_stability {
         true => Method::CvodeAdams,
         false => single_method(&case.system),
@@ -258,7 +258,6 @@ fn compare(run: &mut Finished, result: &[Event]) {
     run.rung.distance = distances.map(|(a, b)| (a.time - b.time).abs()).reduce(f64::max);
 }
 
-/// Whether two runs have the same sequence, each event within `distance` (s).
 pub(super) fn agree(a: &Finished, b: &Finished, distance: f64) -> bool {
     let (a, b) = (word(&a.recorder.events), word(&b.recorder.events));
     let near = |(a, b): (&&Event, &&Event)| is_like(a, b) && (a.time - b.time).abs() <= distance;
@@ -282,13 +281,12 @@ pub(super) fn witnesses(ladder: &[Finished], of: Method) -> Vec<&Finished> {
     witnesses
 }
 
-/// Whether a method equals the result's, by this name or another.
 fn repeats(method: Method, of: Method) -> bool {
     method == of || (of.explicit_table().is_some() && method.explicit_table() == of.explicit_table())
 }
 
-/// Whether a run resolves the unstable window by the result's method. Near rounding both then have the same error, so
-/// the run confirms the sequence but not the times.
+/// Whether a run resolves the unstable window by the result's method. Near rounding both have the same error, so the
+/// run confirms the sequence but not the times.
 pub(super) fn shares_errors(run: &Finished, of: Method) -> bool {
     let adams = |method| matches!(method, Method::Cvode | Method::CvodeAdams);
     (of.resolving_table().is_some() && run.method.resolving_table() == of.resolving_table())

@@ -1,8 +1,8 @@
 //! Derivatives of a run: effects of small changes of its state or of a parameter on later events.
 //!
-//! `series` carries derivatives along a run (`simulation::variation`), with each parameter moved in copies of the case.
-//! So every parameter of the case file can be differentiated: table, harmonic or bristle. Two widths, extrapolated,
-//! bound the error of a derivative.
+//! `series` carries derivatives along a run (`simulation::variation`); each parameter is moved in copies of the case.
+//! So every parameter of the case file has a derivative, also those of a table, a harmonic or a bristle. Two widths,
+//! extrapolated, bound the error of a derivative.
 
 use stickslip_case::{Case, CaseNumber, WrittenCase};
 use stickslip_engine::simulation::{Excitation, MovedCases, MovedSystem, variation};
@@ -13,13 +13,13 @@ use stickslip_system::record::{Event, EventKind, Recorder, RecorderError};
 
 pub(super) const RTOL: f64 = 1e-13;
 
-/// Changes of a parameter: relative, or absolute at zero. Two widths yield the second-order error, to subtract.
+/// Changes of a parameter, relative, or absolute at zero. Two widths give the second-order error, which is subtracted.
 const WIDTHS: [f64; 2] = [1.0 / 262_144.0, 1.0 / 131_072.0];
 
 /// Rounding of a difference of two times, in units of the time's rounding.
 const DIFFERENCE_ROUNDING: f64 = 4.0;
 
-/// Integration error, as a share of the largest derivative so far.
+/// Integration error, as a fraction of the largest derivative so far.
 const CARRIED: f64 = 2e-8;
 
 /// Derivative and its uncertainty; NaN if unknown.
@@ -49,11 +49,11 @@ pub struct LinearisedEvent {
     pub mode_after: Mode,
     /// d(time)/d(parameter) for each parameter; NaN if it does not exist, as for the rise time of a step.
     pub by_parameter: Vec<Slope>,
-    /// e-folds of the fastest deviation from the loss of stability, or a later kick on smooth sliding, to just after
-    /// the event, with twists weighted by the natural angular frequency. `None` before the loss of stability, or
-    /// without it.
+    /// Growth of the fastest deviation until just after the event, e-folds. Growth starts at the loss of stability, or
+    /// at a later kick on smooth sliding. Twists are weighted by the natural angular frequency. `None` before the loss
+    /// of stability, or without one.
     pub growth: Option<f64>,
-    /// Largest shift of the event by a deviation of 1 rad/s at the begin of the growth, s.
+    /// Largest shift of the event by a deviation of 1 rad/s at the start of the growth, s.
     pub per_deviation: Option<f64>,
     /// Shift of the event by rounding, s: a lower limit for every method in double precision.
     pub rounding: f64,
@@ -66,12 +66,12 @@ pub struct Linearised {
     pub parameters: Vec<CaseNumber>,
     /// Events of the run in order.
     pub events: Vec<LinearisedEvent>,
-    /// For each parameter: whether the moved run begins in the same mode, so that its events are the same.
+    /// For each parameter: whether the moved run begins in the same mode, so that its events correspond.
     alike: Vec<bool>,
 }
 
 impl Linearised {
-    /// Derivative of an event by a parameter; NaN where the moved runs have another event.
+    /// Derivative of an event by a parameter; NaN if the moved runs have a different event.
     pub fn slope(&self, event: usize, parameter: usize) -> Slope {
         let of = |event: &LinearisedEvent| event.by_parameter[parameter];
         self.events
@@ -109,7 +109,7 @@ pub(super) fn by_series(case: &Case, max_steps: Option<usize>) -> SolverOptions 
     }
 }
 
-/// Runs the case by `series` within a wall time (s) and linearises the run, up to where `stop` ends it.
+/// Runs the case by `series` within a wall time (s) and linearises the run up to the point where `stop` ends it.
 pub fn linearise(
     written: &WrittenCase,
     max_wall_time: Option<f64>,
@@ -148,7 +148,7 @@ pub fn linearise(
             }
             let [own, other] = [2 * index, 2 * index + 1];
             let (narrow, wide) = (passage.times[own], passage.times[other]);
-            // Only differences of one kind have errors of the same form.
+            // Only differences of the same kind have errors of the same form.
             let same =
                 columns[own].copies.len() == columns[other].copies.len() && found.alike[own] && found.alike[other];
             let value = if same { narrow + (narrow - wide) / 3.0 } else { narrow };
@@ -159,7 +159,7 @@ pub fn linearise(
                 uncertainty: (narrow - wide).abs() + CARRIED * largest[index] + rounding,
             }
         };
-        // A contact at a corner whose force was zero is not found as a zero.
+        // A contact at a corner whose force was zero does not appear as a zero.
         let of_zero = match kind {
             EventKind::Separation | EventKind::Contact => excitation.rounding_of_zero(time),
             _ => 0.0,
@@ -188,7 +188,7 @@ fn size(number: &CaseNumber) -> f64 {
     }
 }
 
-/// Copies of the case with a parameter changed on both sides, or twice on the possible side; else empty.
+/// Copies of the case with a parameter changed on both sides, or twice on the only possible side; otherwise empty.
 fn moved(written: &WrittenCase, number: &CaseNumber, width: f64) -> Vec<MovedSystem> {
     let h = width * size(number);
     let copy = |steps: f64, weight: f64, bend: f64| {

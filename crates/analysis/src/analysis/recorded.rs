@@ -35,12 +35,12 @@ pub struct Recorded {
     pub table: StickSlipTable,
     /// Wall time of the run without its witness, s.
     pub wall_time: f64,
-    /// State at the end of a complete run, and mean time between its sections, s.
+    /// State at the end of a complete run, and the mean time between its sections (s).
     end: Option<(Section, Option<f64>)>,
 }
 
 impl Recorded {
-    /// Computes the largest Lyapunov exponent of an aperiodic motion, which takes up to a second.
+    /// Takes up to a second.
     pub(super) fn find_exponent(&mut self, case: &Case) {
         let Some((end, section)) = self.end.take().filter(|_| self.summary.goes_on()) else {
             return;
@@ -56,7 +56,7 @@ impl Recorded {
     }
 }
 
-/// Runs a case into a recorder. A complete run gets a witness with `witness_until`, which stops it by `true`.
+/// Runs a case into a recorder. A complete run gets a witness with `witness_until`, which ends the witness by `true`.
 pub(crate) fn recorded(
     case: &Case,
     recorder: &mut dyn Recorder,

@@ -6,8 +6,8 @@ use stickslip_case::Case;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{OutputOptions, SolverOptions};
 
-/// First of the [`finer_settings`] with which run and witness agree, and the reason. `None` if none helps, the first
-/// run agrees or has a budget, or `stop` returns `true`.
+/// First of the [`finer_settings`] with which run and witness agree, and the reason. `None` if none helps, if the
+/// first run agrees or has a budget, or if `stop` returns `true`.
 pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) -> Option<(SolverOptions, String)> {
     // A budget leaves no time for another run.
     let budget = case.solver.max_steps.is_some() || case.solver.max_wall_time.is_some();

@@ -52,7 +52,7 @@ pub struct SavedReport {
 }
 
 impl<'a> SavedRun<'a> {
-    /// Run of a case. By default the file may only replace results of this program.
+    /// Run of a case. By default, the file may only replace results of this program.
     pub fn new(case: &'a Case, path: &'a Path) -> Self {
         SavedRun {
             case,
@@ -68,66 +68,65 @@ impl<'a> SavedRun<'a> {
         }
     }
 
-    /// Text of the case as it was given, for the file; by default it is the resolved case.
+    /// Sets the text of the case for the file. By default it is the resolved case.
     pub fn text(mut self, text: &str) -> Self {
         text.clone_into(&mut self.header.case_text);
         self
     }
 
-    /// Title that replaces the case's.
+    /// Replaces the case's title.
     pub fn title(mut self, title: String) -> Self {
         self.header.title = title;
         self
     }
 
-    /// Files that may be replaced.
+    /// Sets which files may be replaced.
     pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
         self.overwrite = overwrite;
         self
     }
 
-    /// Input files of the case: they are never replaced.
+    /// Sets the input files of the case, which are never replaced.
     pub fn inputs(mut self, inputs: &'a [PathBuf]) -> Self {
         self.inputs = inputs;
         self
     }
 
-    /// Keeps the events in the report, too.
+    /// Keeps the events in the report as well.
     pub fn keep_events(mut self) -> Self {
         self.keeps_events = true;
         self
     }
 
-    /// Compares the run with another method; see [`witness`](mod@super::witness). If they disagree, the run is repeated
-    /// with finer settings, if these help.
+    /// Compares the run with another method ([`witness`](mod@super::witness)). If they disagree, the run is repeated
+    /// with finer settings, if they help.
     pub fn witness(mut self, wanted: bool) -> Self {
         self.witness = wanted;
         self
     }
 
-    /// Groups that a complete run's file has in addition.
+    /// Sets groups that the file of a complete run has in addition.
     pub fn additions(mut self, additions: &'a [Addition]) -> Self {
         self.additions = additions;
         self
     }
 
-    /// Flag that ends the run and its witness in good order.
+    /// Sets a flag that ends the run and its witness cleanly.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = Some(stop);
         self
     }
 
-    /// Callback that is polled during the run; `Break` ends it in good order.
+    /// Sets a callback that is polled during the run; `Break` ends the run cleanly.
     pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
         self.control = Some(Box::new(control));
         self
     }
 
-    /// Computes the run to its end or as far as possible, into the file.
+    /// Computes the run to its end, or as far as possible, and writes the file.
     ///
     /// # Errors
-    /// The file cannot be created, or a file that may not be replaced exists. Failures of the run and of later writing
-    /// are in the report.
+    /// The file cannot be created, or a file that must not be replaced exists. Later failures are in the report.
     pub fn start(self) -> Result<SavedReport, ResultError> {
         let SavedRun { case, stop, .. } = self;
         let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &self.header)?;

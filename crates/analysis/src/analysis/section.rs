@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use stickslip_engine::simulation::Section;
 use stickslip_system::record::EventKind;
 
-/// Two successive cycles agree if all twists, twist rates and speeds at their begin differ by less than this share of
-/// the largest ones in the sections, and the periods by this share.
+/// Two successive cycles agree if twists, twist rates and speeds at their start differ by less than this fraction of
+/// the largest ones in the sections, and their periods by less than this fraction.
 pub const RECURRENCE_TOLERANCE: f64 = 1e-6;
 
 /// Largest distance to the periodic motion, extrapolated from the convergence of the cycles, that counts as periodic.
@@ -19,10 +19,10 @@ const SLOWEST_PACE: f64 = 0.9999;
 /// Relative rounding of states between two equal cycles.
 const ROUNDING: f64 = 1e-14;
 
-/// Most sections in a period.
+/// Largest number of sections in a period.
 pub const LONGEST_PERIOD: usize = 64;
 
-/// Turns that a harmonic may miss in a period, in addition to the period's uncertainty.
+/// Turns by which a harmonic may miss a whole number in a period, in addition to the period's uncertainty.
 const WHOLE_TURNS: f64 = 1e-9;
 
 /// Largest angle, speed and deflection.
@@ -56,18 +56,15 @@ pub(super) struct Hits {
     /// Group of each component: angles, speeds, or bristles.
     groups: Vec<usize>,
     harmonics: Vec<Harmonic>,
-    /// Sections in the current period, and the time since when (s).
+    /// Sections in the current period, and the time since which it holds (s).
     known: Option<(usize, f64)>,
 }
 
 pub(super) struct Repetition<'h> {
     pub sections: usize,
     pub period: f64,
-    /// Relative difference of the last two cycles: the larger of states and periods.
     pub agreement: f64,
-    /// Relative distance of the last cycle from the periodic motion.
     pub distance: f64,
-    /// Time from which the cycles agree this well, s.
     pub since: f64,
     pub ends: [&'h SectionHit; 2],
 }
@@ -95,7 +92,6 @@ impl Hits {
         self.known = None;
     }
 
-    /// Mean time between the kept sections, s.
     pub fn mean_interval(&self) -> Option<f64> {
         let (first, last) = (self.hits.front()?, self.hits.back()?);
         let interval = (last.section.time - first.section.time) / (self.hits.len() - 1) as f64;
@@ -116,7 +112,8 @@ impl Hits {
         distances.fold(0.0, f64::max)
     }
 
-    /// Period of `sections` sections at the end, agreement with the previous one, and distance to the periodic motion.
+    /// Period of `sections` sections at the end (s), agreement with the previous period, distance to the periodic
+    /// motion.
     fn repeats(&self, sections: usize) -> Option<(f64, f64, f64)> {
         let from_last = |back: usize| self.hits.len().checked_sub(1 + back).map(|index| &self.hits[index]);
         let (last, one, two) = (from_last(0)?, from_last(sections)?, from_last(2 * sections)?);
@@ -137,15 +134,14 @@ impl Hits {
             self.distance(&one.section, &two.section, &sizes),
         );
         let agreement = now.max((period - before).abs() / period);
-        // Converging cycles are off by the rest of the geometric series.
+        // The remaining error of converging cycles is the rest of a geometric series.
         let pace = if now <= ROUNDING {
             0.0
         } else {
             (now / earlier).min(SLOWEST_PACE)
         };
         let distance = agreement.max(ROUNDING) / (1.0 - pace);
-        // Each harmonic completes whole turns in the period, and all in one common period, to the rounding of their
-        // ratios.
+        // Each harmonic completes whole turns, and all have a common period, to the rounding of their ratios.
         let acting: Vec<(f64, f64)> = self
             .harmonics
             .iter()
@@ -179,10 +175,9 @@ impl Hits {
         };
     }
 
-    /// Repetition that ends at the last section.
     pub fn repetition(&self) -> Option<Repetition<'_>> {
         let (known, since) = self.known?;
-        // Several periods can fit before the least one does.
+        // Multiples of the least period can match before the least period does.
         let sections = (1..=known).find(|&sections| self.repeats(sections).is_some())?;
         let (period, agreement, distance) = self.repeats(sections)?;
         let last = self.hits.back()?;

@@ -1,8 +1,8 @@
 //! Effects of a case's parameters on the events and the outcome of its run.
 //!
 //! A slope ([`linearise`]) describes small changes. Half a unit of the last printed digit is often not small: it can
-//! move the stop by seconds, past a kick at a fixed time, or across a graze. So the case is run again with each
-//! parameter half a unit lower and higher, by `series`, which takes milliseconds.
+//! move the stop by seconds, past a kick at a fixed time, or across a grazing event. So the case is run again by
+//! `series`, with each parameter half a unit lower and higher. A rerun takes milliseconds.
 
 use super::Summary;
 use super::attractor::{Attractor, Recurrence};
@@ -20,20 +20,20 @@ use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{Event, EventKind};
 
-/// A parameter is nonlinear if slope and rerun differ by more than this share of the larger shift.
+/// A parameter is nonlinear if slope and rerun differ by more than this fraction of the larger shift.
 pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
 
-/// Error of a difference between reruns, s: `series` is within 1e-12 s of exact events.
+/// Error of a difference between reruns, s: `series` is within 1e-12 s of the exact events.
 const RERUN_ERROR: f64 = 1e-12;
 
-/// Most Taylor steps for reruns: about a second, but reproducible. A rerun may take `RERUN_FACTOR` times as many.
+/// Limit for a run, about one second, in steps to be reproducible. A rerun may take `RERUN_FACTOR` times as many.
 const MOST_STEPS: usize = 40_000;
 const RERUN_FACTOR: usize = 4;
 
 /// Rounding of an event's time between nearly equal runs, in units of its last place.
 const ROUNDING: f64 = 16.0;
 
-/// A result is independent of a parameter if a relative change of 1 would change it by less than this share.
+/// A result is independent of a parameter if a relative change of 1 would change it by less than this fraction.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// Outcome of a rerun.
@@ -169,7 +169,7 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Shift for half a unit upwards by the slope, s.
+    /// Shift by half a unit upwards, from the slope, s.
     pub fn predicted(&self) -> Option<f64> {
         Some(self.slope? * self.parameter.half_last_digit?)
     }
@@ -197,7 +197,7 @@ impl Sensitivity {
             .reduce(|one, other| one || other)
     }
 
-    /// Largest known shift, s: from the reruns, else from the slope.
+    /// Largest known shift, s: from the reruns, otherwise from the slope.
     pub fn largest(&self) -> f64 {
         let reruns = self.reruns.iter().flatten().filter_map(|rerun| rerun.shift);
         let largest = reruns.map(f64::abs).reduce(f64::max);
@@ -216,7 +216,7 @@ pub struct Sensitivities {
     pub rows: Vec<Sensitivity>,
     /// Reason for missing reruns.
     pub without_reruns: Option<String>,
-    /// Text on the kicks' times when a parameter changes; empty without a kick.
+    /// Text on the times of kicks when a parameter changes; empty without a kick.
     pub held: String,
 }
 
@@ -225,9 +225,9 @@ pub struct Sensitivities {
 pub struct CaseSensitivities {
     /// Physical parameters of the case.
     pub parameters: Vec<CaseNumber>,
-    /// d(event time)/d(parameter): a row of all parameters for each event that the run by `series` shares.
+    /// d(event time)/d(parameter): one row of all parameters for each event that the run by `series` shares.
     pub events: Vec<Vec<Slope>>,
-    /// Effect of half a last digit on the run's result; `None` without a certain event of the contact.
+    /// Effect of half a unit in the last digit on the run's result; `None` without a certain event of the contact.
     pub result: Option<Sensitivities>,
 }
 
@@ -272,7 +272,7 @@ impl Outrun {
                 _ => false,
             },
             Affected::FinalStick => self.word() == other.word(),
-            // If the sequence continues, only the events up to this one must agree.
+            // If the sequence continues, only the events up to this event must agree.
             Affected::LastEvent if last + 1 < other.events.len() => agreeing(&self.events, &other.events) > last,
             Affected::LastEvent => agreeing(&self.events, &other.events) == self.events.len().max(other.events.len()),
         }
@@ -331,9 +331,9 @@ struct Differentiated<'a> {
     of: Affected,
 }
 
-/// Effects of the parameters on the events of a run, of which the first `certain` are certain, and of half a unit of
-/// each last written digit on the run's result. `known`: linearisation of the written case, if available. Once `stop`
-/// is `true`, known slopes come without reruns. An error says why there are no derivatives.
+/// Effects of the parameters on the events of a run, and of half a unit in each last written digit on the run's
+/// result. The first `certain` events are certain. `known`: linearisation of the written case, if available. Once
+/// `stop` is `true`, known slopes come without reruns. An error says why there are no derivatives.
 pub fn sensitivities(
     written: &WrittenCase,
     known: Option<&Linearised>,
@@ -386,7 +386,7 @@ fn of_result(
     let case = written.case();
     let base = run(case, None, &|| false).ok()?;
     let all = certain.len() == base.events.len();
-    // Without sticking, a contact has no lasting final stick.
+    // A contact without sticking has no lasting final stick.
     let sticks = case.system.contact == ContactLaw::StickSlip;
     let of = match (&base.attractor, base.final_stick) {
         (Some(_), _) if all => Affected::AttractorPeriod,
@@ -451,7 +451,7 @@ impl Slope {
 }
 
 impl Differentiated<'_> {
-    /// d(result)/d(parameter), s per unit, if one digit is known.
+    /// d(result)/d(parameter), s per unit, if at least one digit is certain.
     fn slope_of_result(&self, number: usize) -> Option<f64> {
         let (result, _) = self.base.result(self.of, self.last)?;
         let found = match self.of {
@@ -463,7 +463,6 @@ impl Differentiated<'_> {
             }
             Affected::LastEvent => self.linearised.slope(self.last, number),
         };
-        // A slope without a certain digit is not reported.
         let size = self.linearised.parameters[number].value.abs();
         let negligible = (found.value.abs() + found.uncertainty) * size < NEGLIGIBLE * result;
         if found.uncertainty < 0.1 * found.value.abs() {
@@ -473,8 +472,8 @@ impl Differentiated<'_> {
         }
     }
 
-    /// Derivative of the last period; its remaining change per period adds to the uncertainty. If the moved run begins
-    /// in another mode, its events differ but not its periods.
+    /// Derivative of the last period. Its remaining change per period adds to the uncertainty. If the moved run begins
+    /// in another mode, its events differ but its periods do not.
     fn slope_of_period(&self, number: usize) -> Option<Slope> {
         let sections = self.base.attractor.as_ref()?.sections;
         let events = self.base.events.iter().enumerate();
@@ -492,7 +491,7 @@ impl Differentiated<'_> {
         })
     }
 
-    /// Fills in the reruns on all processors, or returns the reason why they were not made.
+    /// Returns the reason if no reruns were made. They use all processors.
     fn rerun_all(&self, rows: &mut [Sensitivity]) -> Option<String> {
         if self.base.noise {
             return Some("the onset is amplified rounding".to_owned());
@@ -512,7 +511,7 @@ impl Differentiated<'_> {
             let number = &rows[index].parameter;
             self.rerun(&number.path, number.value + change)
         });
-        // Incomplete reruns are dropped as a whole.
+        // Incomplete sets of reruns are dropped.
         let done: Option<Vec<SensitivityRerun>> = done.into_iter().collect();
         let Some(done) = done.filter(|done| done.len() == jobs.len()) else {
             return Some(INTERRUPTED.to_owned());
@@ -605,7 +604,7 @@ impl Differentiated<'_> {
     }
 }
 
-/// Adds the effects of half a last digit to a file's group, over dimension `parameter`; missing without `found`.
+/// Adds the effects of half a unit in the last digit to a file's group; missing values without `found`.
 pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Affected, parameters: usize) {
     const NONE: i8 = -1;
     let row = |column: usize| found.map(|found| &found.rows[column]);

@@ -2,10 +2,10 @@
 
 use stickslip_system::record::{Event, EventKind, Recorder, RecorderError, Segment};
 
-/// Events agree within this share of the time since the previous event; a larger distance has grown between the runs.
+/// Events agree within this fraction of the time since the previous one. Larger distances grew between the runs.
 const SAME: f64 = 1e-3;
 
-/// Events within this distance (s) always agree: short sticks follow their slip by less than a method's error.
+/// Events within this distance (s) always agree: a short stick follows its slip by less than a method's error.
 const AT_ONCE: f64 = 1e-9;
 
 /// Sequence of events of a run.
@@ -23,7 +23,7 @@ pub struct Sequence {
 pub struct OtherStability {
     /// Number of changes of stability in the witness.
     pub found: usize,
-    /// Number in the result.
+    /// Number of changes in the result.
     pub expected: usize,
     /// Time of the first change that differs, s.
     pub from: f64,
@@ -42,7 +42,6 @@ impl Sequence {
         self.all().rev().find(|event| event.0.in_event_sequence())
     }
 
-    /// Number of leading events that agree with `result` in kind and, by [`SAME`], in time.
     pub(super) fn agreeing(&self, result: &Sequence) -> usize {
         alike(self.events(), result.events())
     }
@@ -52,7 +51,6 @@ impl Sequence {
         self.all().filter(|event| changes.contains(&event.0)).collect()
     }
 
-    /// Where the changes of stability differ from those of `result`; `None` if they agree.
     pub(super) fn other_stability(&self, result: &Sequence) -> Option<OtherStability> {
         let [own, theirs] = [self, result].map(Sequence::changes_of_stability);
         let agreeing = alike(own.iter().copied(), theirs.iter().copied());
@@ -65,7 +63,7 @@ impl Sequence {
         })
     }
 
-    /// Times of the events that agree with those of `result`, s; NaN where missing. Events outside the sequence are
+    /// Times of the events that agree with those of `result`, s; NaN if missing. Events outside the sequence are
     /// matched by their index within their kind, up to the first event that differs.
     pub(super) fn times_of(&self, result: &Sequence, agreeing: usize) -> Vec<f64> {
         let next = |sequence: &Sequence| sequence.events().nth(agreeing).map_or(f64::INFINITY, |event| event.1);
@@ -92,7 +90,7 @@ impl Sequence {
         result.all().map(time).map(|time| time.unwrap_or(f64::NAN)).collect()
     }
 
-    /// Distance of event `index` to that of `result`, s, and its share of the time since the previous event.
+    /// Distance of event `index` to that of `result`, s, and its fraction of the time since the previous event.
     pub(super) fn apart(&self, result: &Sequence, index: usize) -> Option<(f64, f64)> {
         let mut others = result.events().skip(index.saturating_sub(1)).map(|event| event.1);
         let before = if index == 0 { 0.0 } else { others.next()? };

@@ -11,7 +11,7 @@ const INTERVALS: u32 = 16;
 
 const BISECTIONS: usize = 50;
 
-/// Share of the largest speed below which states are constant to the errors of the run.
+/// Fraction of the largest speed below which states are constant to the errors of the run.
 const AT_REST: f64 = 1e-9;
 
 fn rate(series: &[f64], x: f64) -> f64 {
@@ -66,7 +66,7 @@ pub(super) fn sections(
                     section: Section {
                         time: time + b * length,
                         mode,
-                        // From the mode of a sliding contact, or the velocity of an engaged one.
+                        // Known from the mode of a sliding contact, or from the velocity of an engaged contact.
                         sense: sense(from, course.relative_velocity(b * length)),
                         further,
                     },
@@ -91,7 +91,7 @@ fn sense(section: &Section, relative_velocity: f64) -> i8 {
     }
 }
 
-/// Whether the states are constant at `end`, and no less so than at the earlier `mark`.
+/// Whether the states are constant at `end`, and no less constant than at the earlier `mark`.
 pub(super) fn is_steady(trains: &System, threshold: f64, [mark, end]: [&Section; 2], groups: &[usize]) -> bool {
     let mut course = Course::new(trains, threshold, &SolverOptions::default());
     let mut unrest = |section: &Section| {
@@ -100,7 +100,7 @@ pub(super) fn is_steady(trains: &System, threshold: f64, [mark, end]: [&Section;
         (unrest, course.relative_velocity(0.0).abs())
     };
     let ((before, _), (now, sliding)) = (unrest(mark), unrest(end));
-    // The inertias may rest beside a moving belt.
+    // The inertias may rest while a belt moves.
     let mut sizes = sizes_of(&end.further, groups);
     sizes[1] = sizes[1].max(sliding);
     let pairs = mark.further.iter().zip(&end.further).zip(groups);

@@ -1,4 +1,4 @@
-//! Exact events from an independent code, in a JSON file such as those in data/truth.
+//! Exact events from an independent code, read from a JSON file such as those in data/truth.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use stickslip_system::model::system::{ContactLaw, Pressing, System};
 use stickslip_system::model::{BreakawayTest, KickTime};
 use stickslip_system::record::EventKind;
 
-/// Relative tolerance for equal parameters: the texts are exact, conversions rounded once.
+/// Relative tolerance of equal parameters: the texts are exact, and conversions round once.
 const SAME: f64 = 1e-14;
 
 /// Event sequence of a case with more digits than a double.
@@ -24,7 +24,10 @@ pub struct Truth {
 
 impl Truth {
     /// Reads a JSON object with `method`, `parameters` (decimal texts by the paper's symbols or the case's keys) and
-    /// `events` (each with `kind` and `time`). Fails for a file of another form.
+    /// `events` (each with `kind` and `time`).
+    ///
+    /// # Errors
+    /// The file has another form.
     pub fn read(path: &Path) -> Result<Truth, String> {
         let form = |why: String| {
             let path = path.display();
@@ -72,9 +75,9 @@ impl Truth {
         })
     }
 
-    /// Whether the events belong to this case; the error names the first parameter that differs or is missing.
+    /// Checks that the events belong to this case. The error names the first parameter that differs or is missing.
     pub(crate) fn check_case(&self, case: &Case) -> Result<(), String> {
-        // A run that ends elsewhere in the final stick has the same events.
+        // A run that ends at another time within the final stick has the same events.
         let until = self.events.last().map_or(0.0, |event| event.1);
         let end = if case.output.end_time > until {
             f64::NAN
@@ -117,7 +120,7 @@ fn decimal(value: &Value) -> Option<f64> {
     text.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-/// Parameters under the paper's symbols, NaN if missing. A feature without a symbol gets a name that no file has.
+/// Parameters under the paper's symbols, NaN if missing. A feature without a symbol has a name that no file contains.
 fn symbols(case: &System) -> [(&'static str, f64); 20] {
     let one = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let (axial, ramp) = match &case.pressing {

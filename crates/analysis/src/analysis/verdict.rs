@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Independent witnesses that must confirm the result's sequence of events.
+/// Number of independent witnesses that must confirm the result's sequence of events.
 pub(super) const LEAST_WITNESSES: usize = 2;
 
 /// Verdict on an event.
@@ -67,13 +67,12 @@ impl CertifiedEvent {
         significant(self.time, self.uncertainty)
     }
 
-    /// Most digits of the time in double precision, if known.
+    /// Largest number of digits of the time in double precision; `None` if unknown.
     pub fn most_digits(&self) -> Option<u32> {
         (!self.rounding.is_nan()).then(|| significant(self.time, self.rounding))
     }
 }
 
-/// Whole decimal digits of `value` under an error `error`.
 pub(super) fn significant(value: f64, error: f64) -> u32 {
     let digits = (value.abs() / error).log10().floor();
     if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }

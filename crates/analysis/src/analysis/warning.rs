@@ -7,14 +7,14 @@ use stickslip_case::Case;
 use stickslip_engine::simulation::{Grazing, Method, SolverOptions};
 use stickslip_system::model::system::Pressing;
 
-/// Share of the energy turnover above which an open balance discredits the run: the defaults close it to 1e-9.
+/// Fraction of the energy turnover above which an open balance discredits the run. The defaults close it to 1e-9.
 const OPEN_BALANCE: f64 = 1e-6;
 
-/// The allowed share over `rtol`, and its limit. `cvode` at rtol 1e-5 leaves up to 3e-5 with accurate events.
+/// Allowed fraction divided by `rtol`, and its limit. `cvode` at rtol 1e-5 leaves up to 3e-5 with accurate events.
 const OPEN_OF_TOLERANCE: f64 = 10.0;
 const MOST_OPEN: f64 = 1e-3;
 
-/// A change of force within this share of the axial period costs at least six digits of the axial motion.
+/// A change of force within this fraction of the axial period costs at least six digits of the axial motion.
 const SUDDEN: f64 = 1e-6;
 
 pub(crate) const KICK_OPTION: &str =
@@ -33,14 +33,14 @@ pub enum Warning {
         /// Remedy.
         remedy: BalanceRemedy,
     },
-    /// A guard turned at its boundary, or had just left it, within the solver's resolution.
+    /// A guard turned back at its boundary, or had just left it, within the solver's resolution.
     Grazing {
         /// Count, first time, and guard.
         grazing: Grazing,
         /// Settings of the run.
         solver: SolverOptions,
     },
-    /// The method locates events only to a step.
+    /// The method locates events only to within a step.
     EventsNotLocated,
     /// Another method finds other events.
     OtherSequence {
@@ -50,7 +50,7 @@ pub enum Warning {
         agreeing: usize,
         /// Time of the first event that differs, s.
         from: f64,
-        /// Distance of that event between the methods, in s and over the time since the previous event.
+        /// Distance of that event between the methods, in s and as a fraction of the time since the previous event.
         apart: Option<(f64, f64)>,
     },
     /// Another method finds the same events, but other changes of stability.
@@ -60,7 +60,7 @@ pub enum Warning {
         /// The difference.
         stability: OtherStability,
     },
-    /// Another method finds the same events, but farther away than the settings promise.
+    /// Another method finds the same events, but at a larger distance than the settings promise.
     OtherTimes {
         /// Name of the other method.
         method: &'static str,
@@ -93,7 +93,7 @@ pub enum Warning {
         count: usize,
         /// End of the run, s.
         end: f64,
-        /// Whether the run has a stick, which the loss of stability should have preceded.
+        /// Whether the run has a stick, before which a loss of stability was due.
         stuck: bool,
     },
 }
@@ -101,7 +101,7 @@ pub enum Warning {
 /// Remedy for an open energy balance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BalanceRemedy {
-    /// The force changes in `change` (s), so fast that the parts of the closed form are large and cancel.
+    /// The force changes so fast that the parts of the closed form are large and cancel.
     SlowerForce {
         /// Duration of the change, s.
         change: f64,
@@ -112,7 +112,7 @@ pub enum BalanceRemedy {
     Tolerances(SolverOptions),
 }
 
-/// Allowed open share of the turnover. Fixed steps and the paper's procedure control no error by `rtol`.
+/// Allowed open fraction of the turnover. For fixed steps and the paper's procedure, `rtol` controls no error.
 fn allowed_open(solver: &SolverOptions) -> f64 {
     if solver.fixed_step.is_some() || !solver.method.locates_events() {
         return OPEN_BALANCE;
@@ -139,7 +139,7 @@ pub(crate) fn grazing(grazing: Option<Grazing>, solver: &SolverOptions) -> Optio
     })
 }
 
-/// All warnings of a run except the witness's.
+/// All warnings of a run except those of the witness.
 pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
     let (solver, output) = (&case.solver, &case.output);
     let mut warnings = Vec::new();
@@ -187,7 +187,7 @@ fn balance_remedy(case: &Case) -> BalanceRemedy {
     BalanceRemedy::Tolerances(case.solver.clone())
 }
 
-/// Relative tolerance below which rounding outweighs the gain, from the ladder's errors (docs/accuracy.md); single
+/// Relative tolerance below which rounding outweighs the gain, from the ladder's errors (docs/accuracy.md). Single
 /// multistep methods and pairs of low order gain down to 1e-13.
 fn floor(method: Method) -> f64 {
     match method {

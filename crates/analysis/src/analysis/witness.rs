@@ -1,7 +1,7 @@
 //! Witness of a run: the case by another method, and the distances between the events.
 //!
 //! A witness is no certificate: it is one method at one tolerance, and rounding that all methods share remains. But it
-//! separates a result that two solvers share from one solver's artefact.
+//! tells a result that two solvers share from an artefact of one solver.
 
 use super::finer::{finer_settings, promised};
 pub use super::sequence::{OtherStability, Sequence};
@@ -16,7 +16,7 @@ use stickslip_files::{Addition, AttributeValue, FileColumn, quantity};
 use stickslip_system::model::margin;
 use stickslip_system::quote::bound;
 
-/// Most steps of a witness: a second or two for a brake. Unlike a time, it gives the same report on every machine.
+/// Limit of a witness: a second or two for a brake. A limit in steps gives the same report on every machine.
 pub(super) const MOST_STEPS: usize = 1_500_000;
 
 /// Steps of `cvode` per natural period of sliding with an undamped fast mode: 57 in `paper-si` with c_t = 0.
@@ -148,7 +148,7 @@ impl Witness {
         .concat()
     }
 
-    /// Warning about other events or times, unless another warning covers it.
+    /// Warning about different events or times, unless another warning covers them.
     pub(crate) fn warning(&self) -> Option<Warning> {
         let method = self.method;
         match self.testimony {
@@ -169,7 +169,7 @@ impl Witness {
     }
 }
 
-/// Method of the witness: `cvode`; for results of `cvode`, the independent `series`.
+/// `cvode`; for results of `cvode`, the independent `series`.
 pub(crate) fn witness_of(method: Method) -> Method {
     match method {
         Method::Cvode => Method::Series,
@@ -179,8 +179,9 @@ pub(crate) fn witness_of(method: Method) -> Method {
 
 /// Runs the witness for a case and its sequence of events. `noise_determined`: the onset is amplified rounding.
 ///
-/// The tolerance is the case's, at most the default; absolute tolerances and fixed steps are not used. A witness by
-/// `series` that disagrees is repeated with finer settings. `stop` is polled; `None` if it returns `true`.
+/// The tolerance is the case's, but at most the default. Absolute tolerances and fixed steps are not used. A witness
+/// by `series` that disagrees is repeated with finer settings. `stop` is polled; the result is `None` if it returns
+/// `true`.
 pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
     let own = &case.solver;
     let solver = SolverOptions {
@@ -232,7 +233,7 @@ fn witness_by(
     let time = |sequence: &Sequence| sequence.events().nth(agreeing).map(|event| event.1);
     let differs_from = match (time(&own), time(result)) {
         (Some(own), Some(result)) => Some(own.min(result)),
-        // A run that ended early may still have reached the event.
+        // A run that ended early might still have reached the event.
         (None, _) if testimony != Testimony::SameSequence => None,
         (own, result) => own.or(result),
     };
@@ -246,7 +247,7 @@ fn witness_by(
     let farther = promises.and_then(|most| differences().find(|(_, apart)| *apart > most));
     let testimony = match (testimony, differs_from) {
         (Testimony::SameSequence, _) if noise_determined => Testimony::NoiseDetermined,
-        // Events until the failure count.
+        // Events before the failure count.
         (_, Some(_)) if !noise_determined => Testimony::SequenceDiffers,
         _ => testimony,
     };
@@ -305,8 +306,8 @@ fn witness_by(
     })
 }
 
-/// Whether the witness would take too many steps, from the result's resolved sliding, or all its sliding where only
-/// `series` has long steps. The paper's procedure does not know what it resolves.
+/// Whether the witness would take too many steps. Its steps follow from the result's resolved sliding, or from all its
+/// sliding if only `series` has long steps. The paper's procedure cannot tell what it resolves.
 fn takes_too_long(case: &Case, method: Method, result: &Sequence) -> bool {
     let knows = method == Method::Cvode && case.solver.method.locates_events();
     let period = natural_period(&case.system).filter(|_| knows);

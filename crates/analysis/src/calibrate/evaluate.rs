@@ -1,4 +1,4 @@
-//! Runs at points of the parameter space, on threads, in an order that is independent of the threads.
+//! Runs at points of the parameter space on several threads. Their order does not depend on the threads.
 
 use super::study::CalibrationStudy;
 use super::target::Target;
@@ -15,7 +15,7 @@ pub(super) struct Evaluation {
 }
 
 impl Evaluation {
-    /// Largest magnitude of these residuals; 0 for none.
+    /// Largest magnitude of these residuals; 0 if there are none.
     pub fn worst(&self, members: &[usize]) -> f64 {
         members.iter().fold(0.0, |worst, &k| self.residuals[k].abs().max(worst))
     }
@@ -59,8 +59,8 @@ impl TargetEvaluator<'_> {
         })
     }
 
-    /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items; `done` gets
-    /// the number of finished items. Returns where each item's runs begin in the pool, and their end.
+    /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items. `done` gets
+    /// the number of finished items. Returns the pool index at which each item's runs begin, and the end of the last.
     pub fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
         &self,
         pool: &mut Vec<Evaluation>,

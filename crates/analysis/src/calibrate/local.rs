@@ -2,26 +2,26 @@
 //!
 //! M. J. D. Powell, A direct search optimization method that models the objective and constraint functions by linear
 //! interpolation, 1994. Each target is a separate constraint, so no squares or penalties weigh targets against each
-//! other. No derivatives are needed: quantities jump when a stick appears or vanishes.
+//! other. Derivatives are not needed: quantities jump when a stick appears or vanishes.
 
 use super::evaluate::{Evaluation, Halted, TargetEvaluator};
 use cobyla::{RhoBeg, StopTols, minimize};
 use std::cell::RefCell;
 
-/// Residual of a missing quantity, over the largest at the start: worse, but small enough for the linear models.
+/// Residual of a missing quantity over the largest at the start: worse, but small enough for linear models.
 const MISSING: f64 = 2.0;
 
-/// Shrinkage of the simplex between rounds, which also rescale the residuals.
+/// Shrinkage of the simplex between rounds. Each round also rescales the residuals.
 const SHRINK: f64 = 16.0;
 
-/// Final size of a round's simplex, relative to its first.
+/// Final size of a round's simplex, relative to its first size.
 const ROUND_DEPTH: f64 = 1e-3;
 
 fn most_runs(dimensions: usize) -> usize {
     30 + 15 * dimensions
 }
 
-/// Runs of COBYLA, each made once although every constraint asks for it.
+/// Runs of COBYLA. Each is made once, although every constraint asks for it.
 struct Runs<'a> {
     evaluator: &'a TargetEvaluator<'a>,
     made: RefCell<Vec<Evaluation>>,
@@ -37,7 +37,6 @@ impl Runs<'_> {
         }
     }
 
-    /// Residual of a target at a point; NaN after an interruption.
     fn residual(&self, shares: &[f64], target: usize) -> f64 {
         // COBYLA may exceed the bounds by rounding.
         let shares: Vec<f64> = shares.iter().map(|share| share.clamp(0.0, 1.0)).collect();
@@ -80,8 +79,8 @@ fn scaled(residual: f64, scale: f64) -> f64 {
     }
 }
 
-/// Least tau with -tau <= residual <= tau for all `members`, from a point. `reach`: first size of the simplex, as a
-/// share of the ranges; `rounds`: number of restarts. Returns all runs.
+/// Least tau with -tau <= residual <= tau for all `members`, from a point. `reach` is the first size of the simplex as
+/// a fraction of the ranges; `rounds` is the number of restarts. Returns all runs.
 pub(super) fn least_worst(
     evaluator: &TargetEvaluator,
     start: &Evaluation,
@@ -144,7 +143,7 @@ pub(super) fn least_worst(
     Ok(made)
 }
 
-/// Least (`sign` 1) or largest (-1) valid value of a parameter, from a valid point. Returns all runs.
+/// Finds the least (`sign` 1) or largest (-1) valid value of a parameter from a valid point. Returns all runs.
 pub(super) fn farthest(
     evaluator: &TargetEvaluator,
     start: &Evaluation,

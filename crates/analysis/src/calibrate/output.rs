@@ -9,7 +9,7 @@ use crate::sweep::{command_attribute, header, sweep_variables};
 use std::path::PathBuf;
 use stickslip_files::{FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
 
-/// Writes a calibration to a reserved place. Returns its path: an incomplete calibration keeps the partial name.
+/// Writes a calibration to a reserved place and returns its path. An incomplete calibration keeps the partial name.
 pub fn write_file(
     study: &CalibrationStudy,
     calibration: &Calibration,

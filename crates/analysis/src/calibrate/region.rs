@@ -1,11 +1,11 @@
-//! Exploration of all parameters with which the held targets hold.
+//! Exploration of all parameters with which the held targets are met.
 
 use super::evaluate::{Evaluation, Halted, TargetEvaluator};
 use super::local::{apart, farthest, least_worst};
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 
-/// Bounds of a parameter by the data.
+/// Bounds that the data set on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Determined {
     /// Bounded on both sides within the range.
@@ -38,20 +38,20 @@ impl Determined {
     }
 }
 
-/// Values of one parameter for which the held targets hold together, for some values of the others.
+/// Values of one parameter for which the held targets are met together, for some values of the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Least value, in the key's SI unit. The targets hold at both ends.
+    /// Least value, in the key's SI unit. The targets are met at both ends.
     pub least: f64,
     /// Largest value, in the same unit.
     pub largest: f64,
-    /// The ends as shares of the range, in the order of the range.
+    /// The ends as fractions of the range, in the order of the range.
     pub shares: [f64; 2],
     /// Sides that the measured numbers bound.
     pub determined: Determined,
 }
 
-/// Correlation of two parameters where the targets hold.
+/// Correlation of two parameters where the targets are met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correlation {
     /// Indices of the free parameters.
@@ -60,23 +60,23 @@ pub struct Correlation {
     pub coefficient: f64,
 }
 
-/// Distance from an end, as a share of the range, within which an interval reaches it.
+/// Fraction of the range. An interval within this distance of an end reaches it.
 const AT_THE_END: f64 = 0.01;
 
-/// Chains that walk through the region: per parameter, and in addition.
+/// Number of chains that walk through the region: per parameter, and in addition.
 const CHAINS: [usize; 2] = [8, 16];
-/// Steps of the chains: the first half spreads them over the region, the second counts for the correlations.
+/// Steps of the chains. The first half spreads them over the region; the second half counts for the correlations.
 const STEPS: usize = 24;
 
-/// Bounds on the residuals of the chains before the final 1. Each bound has `WIDE_STEPS` steps.
+/// Bounds on the residuals of the chains before the final bound 1. Each bound has `WIDE_STEPS` steps.
 const WIDENINGS: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
 const WIDE_STEPS: usize = 6;
 
-/// Distance between starts for further parts, as a share of the extent of residuals up to [`NEARBY`].
+/// Distance between starts for further parts, as a fraction of the extent of residuals up to [`NEARBY`].
 const PARTS_APART: f64 = 1.0 / 16.0;
 const NEARBY: f64 = 4.0;
 
-/// Explores the region where `members` hold, into `pool`. Returns an even sample from the second half of the steps.
+/// Explores the region where `members` are met, into `pool`. Returns an even sample from the second half of the steps.
 pub(super) fn explore(
     evaluator: &TargetEvaluator,
     pool: &mut Vec<Evaluation>,
@@ -91,14 +91,14 @@ pub(super) fn explore(
         done += 1;
         progress(done, total);
     };
-    // From the optimum, with steps that a half-width allows along each parameter.
+    // The search starts at the optimum, with the steps that a half-width allows along each parameter.
     for _ in 0..2 {
         let reach = reach_of(pool, members, 1.0, optimum);
         extremes(evaluator, pool, members, reach)?;
         step_done();
     }
     let mut random = ChaCha8Rng::seed_from_u64(u64::from(evaluator.study.search.seed));
-    // Quantities jump, so the region may have several parts; wider intervals connect them.
+    // Quantities jump, so the region may have several parts. Wider intervals connect them.
     for widening in WIDENINGS {
         let mut chains = chains_within(pool, members, widening, dimensions);
         for step in 0..WIDE_STEPS {
@@ -169,7 +169,7 @@ fn walk(
     Ok(())
 }
 
-/// Step of differential evolution (C. J. F. ter Braak, 2006) along the difference of two other chains, which adapts to
+/// Step of differential evolution (C. J. F. ter Braak, 2006) along the difference of two other chains, so it adapts to
 /// the region. Every fifth step has the full difference, to jump between islands.
 fn propose(chains: &[Vec<f64>], chain: usize, step: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut other = |not: &[usize]| {
@@ -190,7 +190,7 @@ fn propose(chains: &[Vec<f64>], chain: usize, step: usize, random: &mut ChaCha8R
     };
     (0..dimensions)
         .map(|k| {
-            // Separates chains that began at one point.
+            // Separates chains that began at the same point.
             let jitter = 1e-6 * (random.next_u64() as f64 / u64::MAX as f64 - 0.5);
             chains[chain][k] + length * (chains[a][k] - chains[b][k]) + jitter
         })
@@ -218,7 +218,7 @@ fn extremes(
     evaluator.each(pool, &searches, search, &mut |_| {}).map(drop)
 }
 
-/// Extent of the points with residuals up to `widening` from the optimum, in shares of the ranges; at least 1e-5.
+/// Extent of the points with residuals up to `widening` from the optimum, as a fraction of the ranges; at least 1e-5.
 pub(super) fn reach_of(pool: &[Evaluation], members: &[usize], widening: f64, optimum: &Evaluation) -> f64 {
     let distance = |point: &Evaluation| {
         let pairs = point.shares.iter().zip(&optimum.shares);
@@ -236,7 +236,7 @@ pub(super) fn intervals(evaluator: &TargetEvaluator, pool: &[Evaluation], member
             [low.min(point.shares[k]), high.max(point.shares[k])]
         });
         let [a, b] = shares.map(|share| axis.at(share).as_number().unwrap_or(f64::NAN));
-        // A range may begin at its larger end.
+        // A range may start at its larger end.
         let falling = axis.range.is_some_and(|range| range.from > range.to);
         let ends = [shares[0] < AT_THE_END, shares[1] > 1.0 - AT_THE_END];
         let [at_least, at_largest] = if falling { [ends[1], ends[0]] } else { ends };

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 pub struct CalibrationOptions<'a> {
     /// Number of threads; it does not change the result.
     pub workers: usize,
-    /// Flag that ends the calibration in good order.
+    /// Flag that ends the calibration cleanly.
     pub stop: &'a AtomicBool,
 }
 
@@ -30,9 +30,9 @@ pub struct CalibrationProgress {
 /// Result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// Whether the calibration was interrupted; it then has the runs so far and the best of them.
+    /// Whether the calibration was interrupted. It then has the runs so far and the best of them.
     pub interrupted: bool,
-    /// Best point, as shares of the ranges.
+    /// Best point, as fractions of the ranges.
     pub shares: Vec<f64>,
     /// Parameters of the best point, in the SI units of their keys.
     pub parameters: Vec<f64>,
@@ -46,7 +46,7 @@ pub struct Calibration {
     pub intervals: Vec<Interval>,
     /// Correlation of every pair of parameters; empty after an early interruption.
     pub correlations: Vec<Correlation>,
-    /// All runs: parameters as shares of the ranges, and summary or reason of a failure.
+    /// All runs: parameters as fractions of the ranges, and the summary or the reason of a failure.
     pub runs: Vec<(Vec<f64>, Result<crate::sweep::QuantityValues, String>)>,
     /// Number of failed runs in [`Self::runs`].
     pub failed: usize,
@@ -57,7 +57,7 @@ pub struct Calibration {
 pub struct Compromise {
     /// Parameters in the SI units of their keys.
     pub parameters: Vec<f64>,
-    /// Factor by which the intervals of the targets would have to be wider for all to hold; above 1.
+    /// Factor by which all intervals would have to be wider for all targets to be met; above 1.
     pub worst: f64,
     /// Residuals of all targets, in half-widths; infinite if the run lacks the quantity.
     pub residuals: Vec<f64>,
@@ -74,13 +74,13 @@ pub enum CalibrationError {
     NothingRun,
 }
 
-/// Local searches for one of many questions.
+/// Number of local searches for each of many side questions.
 const FEWER: usize = 4;
 
-/// Rounds of a local search: main search, and side question.
+/// Rounds of a local search: main search, side question.
 const ROUNDS: [u32; 2] = [3, 2];
 
-/// Distance of starts within the region of valid targets, as a share of its extent.
+/// Distance of starts within the region of valid targets, as a fraction of its extent.
 const NEAR: f64 = 0.125;
 
 struct Calibrating<'a, 'b> {
@@ -89,7 +89,10 @@ struct Calibrating<'a, 'b> {
     progress: &'b mut dyn FnMut(CalibrationProgress),
 }
 
-/// Finds the parameters of a study. Fails without a start; contradictions and interruptions are part of the result.
+/// Finds the parameters of a study. Contradictions and interruptions are part of the result.
+///
+/// # Errors
+/// All runs fail, no target can be met in the ranges, or the calibration was interrupted before the first run.
 pub fn calibrate(
     study: &CalibrationStudy,
     options: &CalibrationOptions,
@@ -205,7 +208,7 @@ impl Calibrating<'_, '_> {
         if self.pool.iter().all(|point| point.result.is_err()) {
             return Ok(());
         }
-        // A target that cannot hold alone cannot hold with others.
+        // A target that cannot be met alone cannot be met with others.
         for &k in fitted {
             if self.worst(&[k]) > 1.0 {
                 let wide = self.spacing();
@@ -229,7 +232,7 @@ impl Calibrating<'_, '_> {
             self.improve(&answer.held, search.starts, ROUNDS[0], wide, "local searches")?;
         }
         let mut sample = self.explore(&answer.held)?;
-        // If targets jump, they may all hold in a corner of the others' region that no search from outside finds.
+        // If targets jump, a corner of the others' region that no search from outside finds may meet them all.
         while let Some(place) = self.holds_after_all(answer)? {
             answer.held.push(answer.contradicting.remove(place));
             answer.held.sort_unstable();
@@ -249,7 +252,7 @@ impl Calibrating<'_, '_> {
         Ok(())
     }
 
-    /// Index of a target that was set aside but holds in the region of the held ones; the last ones are tried first.
+    /// Index of a target that was set aside but is met in the region of the held ones. The last ones are tried first.
     fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Halted> {
         let starts = self.evaluator.study.search.starts;
         let near = self.extent(&answer.held) * NEAR;
@@ -263,8 +266,8 @@ impl Calibrating<'_, '_> {
         Ok(None)
     }
 
-    /// Of two targets with equal weight, the later one in the study is set aside; rounding must not decide. Returns the
-    /// index of one set aside that could replace a later held one, and the last such held one.
+    /// Of two targets with equal weight, the later one in the study is set aside, because rounding must not decide.
+    /// Returns the index of a target that could replace a later held one, and the last such held target.
     fn does_as_well(&self, answer: &Answer) -> Option<(usize, usize)> {
         let weight = |k: usize| self.evaluator.study.targets[k].weight;
         answer.contradicting.iter().enumerate().find_map(|(place, &k)| {
@@ -285,7 +288,7 @@ impl Calibrating<'_, '_> {
         explore(&self.evaluator, &mut self.pool, members, &optimum, &mut show)
     }
 
-    /// Extent of the region in which these targets hold, from the optimum, as a share of the ranges.
+    /// Extent of the region where these targets are met, from the optimum, as a fraction of the ranges.
     fn extent(&self, members: &[usize]) -> f64 {
         least(&self.pool, members).map_or(0.0, |optimum| reach_of(&self.pool, members, 1.0, optimum))
     }
@@ -329,7 +332,7 @@ impl Calibrating<'_, '_> {
         })
     }
 
-    /// Target to set aside: among those of least weight, the one without which the others come nearest to holding.
+    /// Target to set aside: among those of least weight, the one without which the others come nearest to being met.
     fn least_missed(&mut self, members: &[usize]) -> Result<usize, Halted> {
         let rest = |without: usize| -> Vec<usize> {
             let others = members.iter().enumerate().filter(|(place, _)| *place != without);
@@ -342,7 +345,7 @@ impl Calibrating<'_, '_> {
         for without in candidates {
             let rest = rest(without);
             self.improve(&rest, FEWER, ROUNDS[1], self.spacing(), "leaving out one target")?;
-            // Each search also helps the others; a tie goes to the first.
+            // Each search also helps the other questions. If two are equal, the first counts.
             let worst = self.worst(&rest);
             if worst < best.0 {
                 best = (worst, without);

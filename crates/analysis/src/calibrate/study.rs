@@ -17,7 +17,7 @@ pub const CALIBRATIONS: &[BuiltIn] = built_in!["studies": "paper-decay", "paper-
 pub struct CalibrationSearch {
     /// Points of the Sobol sample over the ranges.
     pub points: usize,
-    /// Local searches, from the best separate points.
+    /// Number of local searches, which start from the best separate points.
     pub starts: usize,
     /// Seed of all random numbers.
     pub seed: u32,
@@ -46,10 +46,11 @@ const DEFAULT_POINTS: u64 = 1024;
 const DEFAULT_STARTS: u64 = 16;
 
 impl CalibrationStudy {
-    /// Reads a calibration, or reports all problems. `overrides` apply to the base case after the study's own settings.
+    /// Reads a calibration, or reports all its problems. `overrides` apply to the base case after the study's
+    /// settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<CalibrationStudy, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
-        // Thousands of runs use the fastest method, unless the study sets another.
+        // Thousands of runs use the fastest method, unless the study sets another one.
         let method = Override::setting("solver.method", &Setting::Text("series".to_owned()));
         let head = Head::read(&mut reader, &root, &source, vec![method], overrides);
         let free = read_free(&mut reader, &head.keys, &root);
@@ -64,7 +65,7 @@ impl CalibrationStudy {
         Ok(study)
     }
 
-    /// Value of each free parameter at a share of its range, 0 to 1.
+    /// Value of each free parameter at a fraction of its range, 0 to 1.
     pub fn parameters(&self, shares: &[f64]) -> Vec<f64> {
         self.coordinates(shares)
             .iter()
@@ -77,12 +78,15 @@ impl CalibrationStudy {
         axes.zip(shares).map(|(axis, &share)| axis.at(share)).collect()
     }
 
-    /// Case at these shares of the ranges, if valid, with the output of the base case.
+    /// Case at these fractions of the ranges, with the output of the base case.
+    ///
+    /// # Errors
+    /// The values are invalid.
     pub fn case_at(&self, shares: &[f64]) -> Result<Case, CaseError> {
         self.runs.case_with_output(&self.coordinates(shares))
     }
 
-    /// Hash of all that determines the study's results, including the program version: 64 hexadecimal digits.
+    /// Hash of everything that determines the study's results, including the program version: 64 hexadecimal digits.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(self.runs.digest());
@@ -107,7 +111,7 @@ fn read_free(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> 
             reader.report(node, &format!("{path}.{absent}"), message);
             continue;
         }
-        // Other keys of an axis have been reported.
+        // Other keys of an axis have already been reported.
         if ["values", "count"].iter().any(|name| node.at(name).is_some()) {
             continue;
         }

@@ -9,20 +9,20 @@ use super::station::{Station, Trial, scaled};
 use crate::cycle::{Border, CycleError, Guess, NewtonEquations as _, tangent};
 use nalgebra::DVector;
 
-/// Relative distance at which a border is reached; the second for a quantity that vanishes like a root.
+/// Relative distance at which a border is reached. The second holds for a quantity that vanishes like a root.
 const AT_BORDER: f64 = 1e-4;
 const AT_VANISHING: f64 = 2e-3;
 
-/// Relative distance at the last point below which the border needs no extrapolation.
+/// If the relative distance at the last point is below this, the border needs no extrapolation.
 const EXACT: f64 = 1e-12;
 
-/// Points before a graze from which it is sought.
+/// Number of points before a graze from which the graze is sought.
 const GRAZING: usize = 6;
 
-/// Shares of the longest step for the search beyond a border.
+/// Fractions of the longest step for the search beyond a border.
 const BEYOND: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 
-/// Error of closure, as a multiple of the step, above which the motion has jumped at the border.
+/// Multiple of the step. If the error of closure exceeds it, the motion has jumped at the border.
 const JUMPED: f64 = 50.0;
 
 fn told(trial: &Result<Option<Trial>, CycleError>) -> String {
@@ -41,7 +41,7 @@ fn told(trial: &Result<Option<Trial>, CycleError>) -> String {
 
 impl<'a> BranchFollower<'a> {
     /// Locates the border and continues beyond it, if a step changes the sequence of events or finds no solution.
-    /// `None`: no border is there, and a shorter step may stay on the branch.
+    /// `None`: there is no border, and a shorter step may stay on the branch.
     pub(super) fn border(
         &mut self,
         local: &mut Local<'a>,
@@ -111,8 +111,8 @@ impl<'a> BranchFollower<'a> {
         found.extend(self.between(local, at, low, &station)?.into_iter().filter(apart));
         let edge = local.unknowns(&station.measured.guess);
         let mut beyond = None;
-        // The branch continues unless it jumps; derivatives are inaccurate near a border, so from a distant point if
-        // possible.
+        // The branch continues unless it jumps. Derivatives are inaccurate near a border, so it continues from a
+        // distant point if possible.
         let mut at_border = None;
         if let Some(first) = first.filter(|first| (&first.solution.x - &edge).norm() <= 1e-5 + 1e3 * (high - low)) {
             let (station, farther) = self.away(first.station)?;
@@ -122,7 +122,7 @@ impl<'a> BranchFollower<'a> {
             beyond = self.folded(local, &edge, at.1, &word)?.or(at_border);
         }
         let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
-        // One border, seen from its two sides.
+        // Both sides see the same border.
         let border = border.seen_within();
         found.push(FoundPoint::Special(Special::Border(border), Box::new(edge)));
         match beyond {
@@ -155,7 +155,7 @@ impl<'a> BranchFollower<'a> {
                     Ok(Some(trial)) => trial.station,
                     Ok(None) | Err(_) => continue,
                 };
-                // A step back across the border has the other events.
+                // A step back across the border has the previous events.
                 if trial.measured.word == station.measured.word {
                     let station = match sign < 0.0 {
                         true => Station {
@@ -172,7 +172,7 @@ impl<'a> BranchFollower<'a> {
         Ok((station, None))
     }
 
-    /// Border from its regular side, sought from a distant point: the current one or `farther` beyond.
+    /// Border from its regular side, sought from a distant point: the current point, or `farther` beyond.
     fn sharpened(
         &self,
         border: Border,
@@ -182,7 +182,7 @@ impl<'a> BranchFollower<'a> {
         if border.is_regular() && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
             return Ok((border, edge));
         }
-        // Distant point with the same events.
+        // A distant point with the same events.
         let apart = |station: &&Station| {
             let measured = &station.measured;
             let far = measured
@@ -202,7 +202,7 @@ impl<'a> BranchFollower<'a> {
             }
         }
         if border.grazes() {
-            // From its only side.
+            // A graze has only one side.
             let places = [&edge, &self.current].into_iter().chain(&self.before).take(GRAZING);
             let places: Vec<Guess> = places.map(|station| station.measured.guess.clone()).collect();
             for near in places {
@@ -215,7 +215,7 @@ impl<'a> BranchFollower<'a> {
         Ok((border, edge))
     }
 
-    /// Name of the border at the last point before it, or the first one beyond; the regular one of its two names.
+    /// Border at the last point before it, or at the first point beyond; of its two names, the regular one.
     fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<Border> {
         let at = |&(border, distance): &(Border, f64)| match border {
             Border::Landing | Border::Slip | Border::Separation => distance.abs() < AT_VANISHING,

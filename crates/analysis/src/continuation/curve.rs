@@ -5,19 +5,19 @@ use super::special::{Special, critical_pair};
 use crate::cycle::{Border, CycleError, Guess, NewtonEquations, NoSolution, solve, tangent};
 use nalgebra::{DMatrix, DVector};
 
-/// Step in scaled unknowns for derivatives of the condition.
+/// Step in scaled unknowns for the derivatives of the condition.
 const MOVE: f64 = 2e-7;
 
-/// Relative distance at which borders are followed, and its shares for extrapolation to zero, where no distance exists.
+/// Relative distance at which borders are followed, and its multiples for extrapolation to zero.
 pub(super) const DISTANCE: f64 = 6e-5;
 const SHARES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
-/// The smallest shares may be too near for derivatives.
+/// The smallest multiples may be too near the border for derivatives.
 const LEAST_SHARES: usize = 3;
 
-/// Share of these distances for a graze, near which a motion changes with their roots.
+/// Fraction of these distances for a graze, near which a motion changes with the root of the distance.
 const NEARER: f64 = 1.0 / 16.0;
 
-/// Weights of polynomial extrapolation to zero from the first distances, or their roots.
+/// Weights of polynomial extrapolation to zero from the first distances, or from their roots.
 fn weights(border: Border, count: usize) -> Vec<f64> {
     let nodes = if border.grazes() { SHARES.map(f64::sqrt) } else { SHARES };
     let nodes = &nodes[..count];
@@ -28,7 +28,7 @@ fn weights(border: Border, count: usize) -> Vec<f64> {
     nodes.iter().map(weight).collect()
 }
 
-/// Steps as on a branch: shortest over longest, and least cosine of successive directions.
+/// As on a branch: ratio of shortest to longest step, and least cosine of successive directions.
 const SHORTEST: f64 = 1e-5;
 const LEAST_COSINE: f64 = 0.9;
 
@@ -37,7 +37,7 @@ const LEAST_COSINE: f64 = 0.9;
 pub struct CurvePoint {
     /// Values of the two parameters, SI.
     pub values: [f64; 2],
-    /// Period of the cycle, s; at a Hopf point, of the emerging cycles.
+    /// Period of the cycle, s; at a Hopf point, period of the emerging cycles.
     pub period: f64,
 }
 
@@ -46,7 +46,7 @@ struct Conditioned<'a> {
     manifold: Manifold<'a>,
     special: Special,
     level: f64,
-    /// Borders of the matrix that is singular at a fold or flip.
+    /// Bordering vectors of the matrix that is singular at a fold or flip.
     border: Option<(DVector<f64>, DVector<f64>)>,
 }
 
@@ -57,7 +57,6 @@ fn null_vectors(matrix: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
 }
 
 impl Conditioned<'_> {
-    /// Matrix that is singular at a fold or flip; `None` for other points.
     fn singular(&self, jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let rows = jacobian.nrows();
         match self.special {
@@ -73,7 +72,7 @@ impl Conditioned<'_> {
         }
     }
 
-    /// Function of the condition, at a point whose equations were just evaluated.
+    /// The equations must have just been evaluated at this point.
     fn condition(&mut self, x: &DVector<f64>, jacobian: &DMatrix<f64>) -> Result<f64, CycleError> {
         if let Some(matrix) = self.singular(jacobian) {
             let n = matrix.nrows();
@@ -95,7 +94,7 @@ impl Conditioned<'_> {
     }
 }
 
-/// Function that is zero at a special point without a singular matrix.
+/// Zero at a special point that has no singular matrix.
 fn value(special: Special, measured: &Measured) -> Option<f64> {
     match special {
         Special::Hopf => {
@@ -139,7 +138,7 @@ impl NewtonEquations for Conditioned<'_> {
     }
 }
 
-/// Border near a solution, by extrapolation from its regular side; `None` if not found.
+/// Border near a solution, extrapolated from its regular side; `None` if not found.
 pub(crate) fn border_point(
     manifold: Manifold<'_>,
     border: Border,
@@ -156,7 +155,7 @@ pub(crate) fn border_point(
             Ok(equations) => equations,
         };
         let x = equations.local.unknowns(last);
-        // As many equations as unknowns, except for a fixed parameter.
+        // There are as many equations as unknowns, except for a fixed parameter.
         let numbers = manifold.widths.len();
         let plane = match held {
             Some(number) => DMatrix::from_fn(1, x.len(), |_, j| f64::from(j == x.len() - numbers + number)),
@@ -185,7 +184,7 @@ pub(crate) fn border_point(
     let nearest = &found[found.len() - 1];
     let guess = Guess {
         time: nearest.time,
-        // State on the side with a distance: a curve can start from it.
+        // State on the side where a distance exists, so that a curve can start from it.
         state: nearest.state.clone(),
         period: line(&|guess| guess.period),
         values: (0..nearest.values.len())
@@ -201,7 +200,7 @@ pub(crate) struct CurveSteps {
     pub most: usize,
 }
 
-/// Curve through a special point, from end to end. `manifold` has two parameters.
+/// Curve through a special point, traced to both ends. `manifold` has two parameters.
 pub(crate) fn trace(
     manifold: Manifold<'_>,
     special: Special,
@@ -235,7 +234,6 @@ fn level(special: Special) -> f64 {
 
 type Solved = (DVector<f64>, DMatrix<f64>);
 
-/// Point of the curve near a guess, with the second parameter fixed, or on another plane.
 fn solved(
     equations: &mut Conditioned<'_>,
     x: &DVector<f64>,
@@ -261,7 +259,7 @@ fn point(manifold: Manifold<'_>, special: Special, guess: &Guess, held: usize) -
         values: [guess.values[0], guess.values[1]],
         period,
     };
-    // At the border itself, with one parameter fixed.
+    // Lies at the border itself, with one parameter fixed.
     if let Special::Border(border) = special
         && let Some((edge, _)) = border_point(manifold, border, guess, Some(held))?
     {

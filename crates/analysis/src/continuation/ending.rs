@@ -9,11 +9,11 @@ use std::f64::consts::TAU;
 
 const MOST_SECANTS: usize = 40;
 
-/// Accuracy of such a point, and its largest distance from the end of the branch, as shares of the range.
+/// Accuracy of such a point, and its largest distance from the end of the branch, as fractions of the range.
 const LOCATED: f64 = 1e-12;
 const BESIDE: f64 = 0.05;
 
-/// Largest relative difference between the period of cycles and that of the Hopf point to which they shrink.
+/// Largest relative difference between the period of cycles and the period at the Hopf point to which they shrink.
 const OTHER_PERIOD: f64 = 0.2;
 
 /// Reason for the end of a branch.
@@ -35,7 +35,7 @@ pub enum EndReason {
     Lost,
     /// Interruption of the study.
     Interrupted,
-    /// Cycles have returned to ones of half their period.
+    /// Cycles have returned to cycles of half their period.
     Halved,
     /// The relative velocity has come to rest.
     Rest,
@@ -89,7 +89,6 @@ impl EndReason {
     }
 }
 
-/// Hopf point of steady sliding to which cycles have shrunk, if there is one.
 pub(super) fn hopf_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, CycleError> {
     let sense = if near.measured.relative_velocity.1 > 0.0 { 1 } else { -1 };
     let what = What::Steady(sense);
@@ -106,8 +105,7 @@ pub(super) fn hopf_near(manifold: Manifold<'_>, near: &Station) -> Result<Option
     }))
 }
 
-/// Flip from which cycles of a doubled period were born, if they have come near to it: a point of the cycles of half
-/// the period.
+/// Flip at which the doubled cycles were born, if they are near it. It is a point of the cycles of half the period.
 pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, CycleError> {
     let What::Cycles(multiple) = manifold.what else {
         return Ok(None);
@@ -117,7 +115,7 @@ pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option
     let period = guess.period / 2.0;
     let half = motion(&member, (guess.time, &guess.state), period, false, manifold.stop)?;
     let guess = Guess {
-        // Doubled cycles turn about the ones of half their period.
+        // Doubled cycles oscillate about the cycles of half their period.
         state: (&guess.state + half.end) / 2.0,
         period,
         ..guess.clone()
@@ -126,7 +124,7 @@ pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option
     special_near(Manifold { what, ..manifold }, guess, Special::Flip)
 }
 
-/// Special point near a guess, by the secant method in the varied parameter.
+/// Secant method in the varied parameter.
 fn special_near(manifold: Manifold<'_>, mut guess: Guess, special: Special) -> Result<Option<Station>, CycleError> {
     let last = guess.values.len() - 1;
     let width = manifold.widths[last];

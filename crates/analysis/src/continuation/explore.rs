@@ -18,22 +18,22 @@ use stickslip_system::numerics::eigenvalues::null_vector;
 
 const MOST_BRANCHES: usize = 64;
 
-/// Share of the range within which special points of one kind are the same.
+/// Fraction of the range within which special points of one kind are the same.
 const SAME: f64 = 1e-7;
 
-/// Share of the range within which successive borders are the same.
+/// Fraction of the range within which successive borders are the same.
 const SAME_BORDER: f64 = 1e-8;
 
-/// Share of the range within which a special point lies on a curve traced through another one.
+/// Fraction of the range within which a special point lies on a curve traced through another point.
 const ON_CURVE: f64 = 2e-3;
 
-/// First step on an emerging branch, over the longest.
+/// Ratio of the first step on an emerging branch to the longest step.
 const FIRST_STEP: f64 = 0.3;
 
 /// Largest relative change of the period in that step.
 const OTHER_PERIOD: f64 = 0.2;
 
-/// Journal numbers: distance between branches, and first one of curves.
+/// Journal numbers: distance between branches, and the first number of curves.
 const OF_BRANCH: u64 = 1 << 32;
 const OF_CURVES: u64 = 1 << 62;
 
@@ -50,11 +50,11 @@ const CURVE_POINTS: usize = 400;
 pub struct BranchPoint {
     /// Value of the varied parameter, SI.
     pub value: f64,
-    /// Period, s; NaN for steady sliding, except at a Hopf point: period of the emerging cycles.
+    /// Period, s; NaN for steady sliding. At a Hopf point it is the period of the emerging cycles.
     pub period: f64,
-    /// Least and largest position.
+    /// Least and largest position, rad (m in translation).
     pub position: (f64, f64),
-    /// Least and largest relative velocity omega_r.
+    /// Least and largest relative velocity omega_r, rad/s (m/s in translation).
     pub relative_velocity: (f64, f64),
     /// Stability against small disturbances.
     pub stability: CycleStability,
@@ -103,7 +103,7 @@ impl BranchPoint {
         }
     }
 
-    /// Birth point as a cycle of size zero, whose free multiplier is 1.
+    /// The birth point as a cycle of size zero, whose free multiplier is 1.
     fn on_cycles(self) -> BranchPoint {
         match self.special {
             Some(Special::Hopf) => BranchPoint {
@@ -115,12 +115,12 @@ impl BranchPoint {
         }
     }
 
-    /// Birth point as the first one of the emerging cycles.
+    /// The birth point as the first of the emerging cycles.
     fn of_the_born(self) -> BranchPoint {
         match self.special {
             Some(Special::Flip) => BranchPoint {
                 period: 2.0 * self.period,
-                // Multipliers over two periods are squares.
+                // Multipliers over two periods are the squares.
                 spectrum: self
                     .spectrum
                     .iter()
@@ -142,7 +142,7 @@ pub struct Branch {
     pub multiple: Option<u32>,
     /// Parent branch, and index of the birth point there.
     pub parent: Option<(usize, usize)>,
-    /// Points from the start on.
+    /// Points from the start onwards.
     pub points: Vec<BranchPoint>,
     /// Reason for its end.
     pub end: EndReason,
@@ -212,7 +212,7 @@ impl<E: Into<ExploreError>> From<E> for Halt {
 struct Job {
     what: What,
     guess: Guess,
-    /// Direction in physical units; `None` follows the parameter upward (`up`) or downward.
+    /// Direction in physical units; `None` follows the parameter upwards (`up`) or downwards.
     direction: Option<DVector<f64>>,
     up: bool,
     parent: Option<(usize, usize)>,
@@ -226,12 +226,11 @@ struct SpecialStart {
     at: (usize, usize),
 }
 
-/// Follows the branches of a study. `told` is called at every point.
 pub(crate) struct Explorer<'a> {
     pub study: &'a ContinuationStudy,
     pub family: &'a Family,
     pub journal: &'a mut Journal,
-    /// Points that are not yet in the journal, and time of the last write.
+    /// Points that are not yet in the journal, and the time of the last write.
     pub waiting: (Vec<PointOutcome>, Instant),
     pub stop: &'a dyn Fn() -> bool,
     pub told: &'a mut dyn FnMut(&Explored),
@@ -326,7 +325,6 @@ impl Explorer<'_> {
         Ok(jobs)
     }
 
-    /// Steady sliding at a value of the varied parameter, and its sense.
     fn steady(&self, value: f64) -> Result<(Guess, i8), ExploreError> {
         if !self.family.is_autonomous() {
             return Err(ExploreError::NotSteady);
@@ -387,7 +385,7 @@ impl Explorer<'_> {
             branch.end == EndReason::Shrunk && last.is_some_and(born_at)
         };
         if explored.branches.iter().any(ends_there) {
-            // Already followed from the other end.
+            // The branch was already followed from the other end.
             return Ok(());
         }
         let widths = self.widths();
@@ -472,11 +470,11 @@ impl Explorer<'_> {
                 let branch = &mut explored.branches[index];
                 match one {
                     FoundPoint::Point(station) => branch.points.push(BranchPoint::new(&station.measured, None)),
-                    // Two events of a symmetric motion change at once.
+                    // Two events of a symmetric motion change at the same time.
                     FoundPoint::Special(special, station) if again(branch, *special, station, self.study.range(0)) => {}
                     FoundPoint::Special(special, station) => {
                         let birth = BranchPoint::new(&station.measured, Some(*special));
-                        // The flip from which the branch was born is a point of the cycles of half the period.
+                        // The flip at which the branch was born is a point of the cycles of half the period.
                         let (what, on_branch) = match job.what {
                             What::Steady(_) => (job.what, birth.clone()),
                             What::Cycles(multiple)
@@ -515,7 +513,7 @@ impl Explorer<'_> {
         }
     }
 
-    /// Journal entries from a number to the next point or end; `None` if incomplete.
+    /// Journal entries from `number` to the next point or end; `None` if incomplete.
     fn recorded(&mut self, number: u64, follower: &mut BranchFollower<'_>) -> Result<Option<Vec<FoundPoint>>, Halt> {
         let mut marks = Vec::new();
         for number in number.. {
@@ -596,7 +594,7 @@ impl Explorer<'_> {
                     return;
                 };
                 let n = guess.state.len();
-                // State, period of an autonomous motion, and parameter.
+                // Components: state, period of an autonomous motion, parameter.
                 let mut direction = DVector::zeros(n + 2);
                 direction.rows_mut(0, n).copy_from(&vector.map(|one| one.re));
                 jobs.push_back(Job {
@@ -723,7 +721,7 @@ impl Explorer<'_> {
     }
 }
 
-/// Starts of a curve: the point, and near a border, beyond which no distance exists, its neighbours on the branch.
+/// Starts of a curve: the point itself. Beyond a border no distance exists, so its neighbours on the branch are added.
 fn starts_beside(one: &SpecialStart, branch: &Branch) -> Vec<Guess> {
     let mut starts = vec![one.guess.clone()];
     if !matches!(one.special, Special::Border(_)) {
@@ -741,7 +739,6 @@ fn starts_beside(one: &SpecialStart, branch: &Branch) -> Vec<Guess> {
     starts
 }
 
-/// Whether one of the last points of a branch is the same border at the same parameter.
 fn again(branch: &Branch, special: Special, station: &Station, (low, high): (f64, f64)) -> bool {
     let value = station.measured.guess.values[0];
     let same = |point: &BranchPoint| {
@@ -759,7 +756,7 @@ fn born(
     let found = born_at(manifold, guess, direction, FIRST_STEP * steps.longest)?;
     let (low, high) = steps.range;
     let moved = (found.values[0] - guess.values[0]).abs();
-    // Every motion closes over zero time.
+    // Every motion closes over zero time, so the period must not change much.
     let same_period = (found.period / guess.period - 1.0).abs() <= OTHER_PERIOD;
     match same_period && moved <= steps.longest * (high - low) {
         true => Ok(found),
@@ -769,7 +766,7 @@ fn born(
 
 fn born_at(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step: f64) -> Result<Guess, CycleError> {
     let n = guess.state.len();
-    // Scales are those of the special point, which may be at rest.
+    // Scales are those of the special point, where the system may be at rest.
     let local = manifold.local(guess)?;
     let scale = local.scale().rows(0, n).into_owned();
     let scaled = direction.rows(0, n).component_div(&scale);
@@ -815,7 +812,6 @@ fn flat(mark: &Mark) -> Vec<f64> {
     all
 }
 
-/// Inverse of [`flat`]; `None` for other numbers.
 fn unflat(all: &[f64]) -> Option<Mark> {
     let (head, rest) = all.split_at_checked(8)?;
     let (state, rest) = rest.split_at_checked(head[6] as usize)?;

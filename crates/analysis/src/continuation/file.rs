@@ -16,7 +16,7 @@ use stickslip_system::quote::in_shell;
 
 const MOST_SEQUENCES: usize = 127;
 
-/// Longest stored command: all attributes of a group share 64 kB.
+/// Length of the longest stored command: all attributes of a group share 64 kB.
 const LONGEST_COMMAND: usize = 32_768;
 
 const STABILITIES: [CycleStability; 3] = [
@@ -50,7 +50,7 @@ pub(crate) fn contents(study: &ContinuationStudy, motion: Motion, explored: &Exp
     }
 }
 
-/// Command that describes steady sliding, without the parameter's value; `None` if too long for an attribute.
+/// `None` if the command is too long for an attribute.
 fn modes_command(study: &ContinuationStudy) -> Option<(String, AttributeValue)> {
     let mut command = format!("stickslip modes {}", in_shell(&study.source.named(&study.base)));
     for setting in &study.settings {
@@ -291,7 +291,7 @@ pub struct Stored {
     pub title: String,
     /// Whether the study was completed.
     pub complete: bool,
-    /// `stickslip modes` for the case, without the parameter's value; `None` if the file has none.
+    /// `stickslip modes` for the case, without the parameter's value; `None` if the file has no such command.
     pub modes_command: Option<String>,
     /// Name of the varied parameter, its keys, and its unit.
     pub number: (String, Vec<String>, String),
@@ -315,7 +315,10 @@ impl Stored {
         StoredContinuation::is_one(path)
     }
 
-    /// Reads a continuation file. Fails for a missing, damaged, newer or other file.
+    /// Reads a continuation file.
+    ///
+    /// # Errors
+    /// The file is missing, damaged, too new, or of another kind.
     pub fn read(path: &Path) -> Result<Stored, ResultError> {
         let file = StoredContinuation::open(path)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);

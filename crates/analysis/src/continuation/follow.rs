@@ -10,12 +10,12 @@ use std::collections::VecDeque;
 
 const SHORTEST: f64 = 1e-7;
 
-/// Least cosine between successive directions. Steps only grow above the second one.
+/// Least cosine between successive directions. Steps grow only above the second value.
 const LEAST_COSINE: f64 = 0.85;
 const GOOD_COSINE: f64 = 0.985;
 
-/// Least cosine between the flow at a solution and at the point before, across which the phase is fixed. Below it the
-/// tangent of the branch is that of the solution's own phase.
+/// Least cosine between the flow at a solution and at the previous point, across which the phase is fixed. Below it,
+/// the tangent of the branch uses the phase of the solution itself.
 const LEAST_PHASE_COSINE: f64 = 0.9;
 
 /// Steps grow after at most this many iterations, and shrink above the second number.
@@ -25,22 +25,22 @@ const MANY_ITERATIONS: usize = 9;
 /// Largest distance of a solution from its prediction, in steps.
 const FARTHEST: f64 = 1.5;
 
-/// Bisections of a step in the search for a special point, and the final share of the step.
+/// Bisections of a step in the search for a special point, and the final fraction of the step.
 pub(super) const MOST_HALVINGS: usize = 60;
 pub(super) const LOCATED: f64 = 1e-14;
 
-/// Kept points before the current one. A border can be sought from one of them at some distance.
+/// Points kept before the current one. A border can be sought from a point at some distance.
 const KEPT: usize = 40;
 
-/// A failing step is halved to this share of the longest; then a border is sought.
+/// A failing step is halved to this fraction of the longest step; then a border is sought.
 pub(super) const SHORT: f64 = 1e-3;
 
-/// Share of the largest swing of omega_r below which cycles may have shrunk to steady sliding; the second if a step
-/// fails.
+/// Fraction of the largest swing of omega_r below which cycles may have shrunk to steady sliding. The second value
+/// holds if a step fails.
 const SHRUNK: f64 = 0.02;
 const SMALL: f64 = 0.1;
 
-/// Share of the largest swing of omega_r below which all of it has come to rest.
+/// Fraction of the largest swing of omega_r below which the motion has come to rest.
 const RESTED: f64 = 1e-4;
 
 /// Ratio to the first period above which a period counts as infinite.
@@ -50,7 +50,7 @@ const INFINITE: f64 = 1e3;
 pub(crate) struct FollowSteps {
     /// Range of the varied parameter, SI.
     pub range: (f64, f64),
-    /// Longest step, as a share of range and motion size together.
+    /// Longest step, as a fraction of range and motion size together.
     pub longest: f64,
     pub most: usize,
 }
@@ -83,10 +83,9 @@ pub(crate) struct BranchFollower<'a> {
     pub(super) before: VecDeque<Station>,
     pub(super) step: f64,
     first: Guess,
-    /// Swing of omega_r at the first point, and the largest so far.
     first_swing: f64,
     swing: f64,
-    /// Distance of a period-doubled cycle from itself after half a period: before, now, and largest.
+    /// Distance of a period-doubled cycle from itself after half a period: previous, current, largest.
     halves: [f64; 3],
     points: usize,
     pub(super) failure: Option<String>,
@@ -101,7 +100,7 @@ fn no_derivatives(guess: &Guess) -> CycleError {
     CycleError::Degenerate { period: guess.period }
 }
 
-/// Station with the tangent of the branch there, on the side of a direction in scaled unknowns.
+/// The tangent of the branch lies on the side of `toward`, a direction in scaled unknowns.
 fn station_at(
     manifold: Manifold<'_>,
     measured: Measured,
@@ -118,7 +117,7 @@ fn station_at(
 }
 
 impl<'a> BranchFollower<'a> {
-    /// Starts from a solution, toward rising (`up`) or falling parameter, or in a given direction.
+    /// Starts from a solution, toward a rising (`up`) or falling parameter, or in a given direction.
     pub fn new(
         manifold: Manifold<'a>,
         steps: &'a FollowSteps,
@@ -151,7 +150,6 @@ impl<'a> BranchFollower<'a> {
         })
     }
 
-    /// Reason why no solution exists beyond, if known.
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
@@ -160,7 +158,6 @@ impl<'a> BranchFollower<'a> {
         &self.current
     }
 
-    /// Mark for [`Self::resume`].
     pub fn mark(&self, found: &FoundPoint) -> Mark {
         let (station, special, end) = match found {
             FoundPoint::Point(station) => (&**station, None, None),
@@ -181,7 +178,6 @@ impl<'a> BranchFollower<'a> {
         }
     }
 
-    /// Restores the finding of a mark and continues from there.
     pub fn resume(&mut self, mark: &Mark) -> Result<FoundPoint, CycleError> {
         if let Some(reason) = mark.end {
             return Ok(FoundPoint::End(reason));
@@ -192,7 +188,7 @@ impl<'a> BranchFollower<'a> {
             period: mark.period,
             values: mark.values.clone(),
         };
-        // Cycles end in steady sliding, or on ones of half their period.
+        // Cycles end in steady sliding, or on cycles of half their period.
         let what = match self.manifold.what {
             What::Cycles(_) if guess.period.is_nan() => {
                 What::Steady(if self.current.measured.relative_velocity.1 > 0.0 {
@@ -233,7 +229,6 @@ impl<'a> BranchFollower<'a> {
         }
     }
 
-    /// Reason why no solution is found at a place beyond the current point.
     pub(super) fn reason(&self, local: &mut Local<'a>, beyond: &DVector<f64>) -> String {
         if let Err(error) = local.evaluate(beyond) {
             return error.to_string();
@@ -261,7 +256,7 @@ impl<'a> BranchFollower<'a> {
         self.before.truncate(KEPT);
     }
 
-    /// Next points and special points; the last finding of a branch is its end.
+    /// Next points and special points. The last finding of a branch is its end.
     pub fn advance(&mut self) -> Result<Vec<FoundPoint>, CycleError> {
         if self.points >= self.steps.most {
             return Ok(vec![FoundPoint::End(EndReason::Points)]);
@@ -360,12 +355,10 @@ impl<'a> BranchFollower<'a> {
         }
     }
 
-    /// Variation of omega_r at a point.
     fn swing_of(station: &Station) -> f64 {
         station.measured.relative_velocity.1 - station.measured.relative_velocity.0
     }
 
-    /// Shortens the next step so that shrinking cycles do not pass through steady sliding.
     fn slow_before_rest(&mut self, next: &Station) {
         let (before, now) = (Self::swing_of(&self.current), Self::swing_of(next));
         if matches!(self.manifold.what, What::Cycles(_)) && self.manifold.family.is_autonomous() && now < before {
@@ -374,7 +367,6 @@ impl<'a> BranchFollower<'a> {
         }
     }
 
-    /// End at the Hopf point to which the cycles have shrunk, if there is one.
     fn shrunk(&self) -> Result<Option<Vec<FoundPoint>>, CycleError> {
         let hopf = hopf_near(self.manifold, &self.current)?;
         Ok(hopf.map(|station| {
@@ -395,7 +387,7 @@ impl<'a> BranchFollower<'a> {
         Ok(FoundPoint::Point(Box::new(station)))
     }
 
-    /// Solution at a distance along a direction; `None` if Newton's method goes elsewhere.
+    /// Solution at a distance along a direction; `None` if Newton's method converges elsewhere.
     pub(super) fn trial(
         &self,
         local: &mut Local<'a>,
@@ -434,7 +426,7 @@ impl<'a> BranchFollower<'a> {
         (!(low..=high).contains(&value)).then_some(if value < low { low } else { high })
     }
 
-    /// Point at an end of the range before one beyond it, and its share of the step.
+    /// Point at the end of the range, and its fraction of the step; `next` lies beyond.
     fn clipped(&self, local: &mut Local<'a>, next: &Station, bound: f64) -> Result<Option<(f64, Station)>, CycleError> {
         let (before, after) = (self.value(&self.current), self.value(next));
         let share = (bound - before) / (after - before);
@@ -463,7 +455,7 @@ impl<'a> BranchFollower<'a> {
         if let What::Cycles(_) = self.manifold.what {
             let (least, largest) = next.measured.relative_velocity;
             let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
-            // A step may have passed through size zero to the mirror image, where the parameter turns back.
+            // A step may have passed size zero to the mirror image, where the parameter turns back.
             let turns = || {
                 self.current
                     .tests
@@ -532,7 +524,7 @@ impl<'a> BranchFollower<'a> {
                 found.push((share, special, station));
             }
         }
-        // A fold is no crossing of branches.
+        // A fold is not a crossing of branches.
         let folds = found.iter().any(|one| one.1 == Special::Fold);
         found.retain(|one| !(folds && one.1 == Special::BranchPoint));
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -555,7 +547,7 @@ impl<'a> BranchFollower<'a> {
         let (mut low, mut high) = ((0.0, value(&self.current)), (step, value(next)));
         let mut best = next.clone();
         if (low.1 * high.1).partial_cmp(&0.0) != Some(std::cmp::Ordering::Less) {
-            // For a pair that became real on the way, bisection finds where the count changes.
+            // A pair became real on the way: bisection finds where the count changes.
             return self.halved(local, at, step, special);
         }
         let mut side = 0;
@@ -619,13 +611,13 @@ impl<'a> BranchFollower<'a> {
                 low = middle;
             }
         }
-        // Two multipliers that meet and separate are no bifurcation.
+        // Two multipliers that meet and separate are not a bifurcation.
         Ok(best
             .filter(|station| station.tests.value(special, &station.measured).abs() < 1e-6)
             .map(|best| (high, best)))
     }
 
-    /// Trial with the tolerance of the whole step.
+    /// Uses the tolerance of the whole step.
     pub(super) fn trial_near(
         &self,
         local: &mut Local<'a>,

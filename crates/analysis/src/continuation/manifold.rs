@@ -8,10 +8,10 @@ use nalgebra::{Complex, DMatrix, DVector};
 use stickslip_engine::simulation::{Shot, WantedResults, shoot, sliding, weights};
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
-/// Share of the fastest eigenvalue beyond which a real part changes the stability of steady sliding.
+/// Fraction of the fastest eigenvalue beyond which a real part changes the stability of steady sliding.
 const ROUNDING: f64 = 1e-11;
 
-/// A start nearer to an event than this share of the longest slip moves to the middle of that slip.
+/// If a start is nearer to an event than this fraction of the longest slip, it moves to the middle of that slip.
 const CLEARANCE: f64 = 0.2;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,9 +33,9 @@ pub(crate) struct Manifold<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Measured {
     pub guess: Guess,
-    /// Period and parameters of the measurement; at a border, of the neighbouring point.
+    /// Period and parameters of the measurement; at a border, those of the neighbouring point.
     pub at: (f64, Vec<f64>),
-    /// Multipliers of a cycle without the one along it, or eigenvalues (1/s); the most unstable first.
+    /// Multipliers of a cycle except the one along it, or eigenvalues (1/s); the most unstable first.
     pub spectrum: Vec<Complex<f64>>,
     pub unstable: usize,
     pub stability: CycleStability,
@@ -85,7 +85,6 @@ impl Local<'_> {
         }
     }
 
-    /// Motion of the last evaluation.
     pub fn last(&self) -> Option<&Shot> {
         match self {
             Local::Steady(_) => None,
@@ -263,7 +262,7 @@ impl<'a> Manifold<'a> {
         }
     }
 
-    /// Distance of a cycle of an even number of periods from itself after half its period, over its size; else 0.
+    /// Distance of a cycle from itself after half of an even number of periods, relative to its size; otherwise 0.
     pub fn half_way(&self, measured: &Measured) -> f64 {
         let What::Cycles(multiple) = self.what else { return 0.0 };
         if !multiple.is_multiple_of(2) {
@@ -279,8 +278,8 @@ impl<'a> Manifold<'a> {
         })
     }
 
-    /// A cycle whose start is near an event, from the middle of its longest slip on, with the direction of its branch
-    /// there; `None` if the start is away from all events.
+    /// If the start of a cycle is near an event, returns the cycle from the middle of its longest slip, with the
+    /// direction of its branch there; otherwise `None`.
     pub fn away_from_events(
         &self,
         measured: &Measured,
@@ -309,14 +308,14 @@ impl<'a> Manifold<'a> {
             ..guess.clone()
         })?;
         match member.period {
-            // The new start counts from a later period of the drives, whose begin moves with their period.
+            // The new start counts from a later period of the drives, whose start moves with their period.
             Some(period) => {
                 let turns = ((guess.time + shift) / period).floor();
                 for (slope, change) in member.period_slopes.iter().zip(by_number.iter()) {
                     state.axpy(turns * slope * change, &shot.end_rates, 1.0);
                 }
             }
-            // The phase of an autonomous motion stays.
+            // The phase of an autonomous motion is fixed.
             None => {
                 let local = self.local(&measured.guess)?;
                 let scale = local.scale().rows(0, n);

@@ -1,8 +1,8 @@
 //! Branches of steady sliding and of cycles over a parameter of the case, and their special points.
 //!
-//! Pseudo-arclength continuation follows a branch: a step along its direction, then Newton's method on the plane across
-//! it, which passes folds. At a change of the sequence of events, the border is located and the branch continues with
-//! the derivatives of the other side.
+//! Pseudo-arclength continuation follows a branch: a step along its direction, then Newton's method on the plane
+//! across it. This passes folds. At a change of the sequence of events, the border is located, and the branch
+//! continues with the derivatives of the other side.
 //!
 //! | module | what it is |
 //! |---|---|

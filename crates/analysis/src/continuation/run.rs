@@ -1,4 +1,4 @@
-//! Continuation of a study into its file, with a journal beside it.
+//! Runs the continuation of a study into a file, with a journal next to it.
 
 use super::explore::{ExploreError, Explored, Explorer};
 use super::file::contents;
@@ -59,11 +59,10 @@ pub enum ContinuationError {
     File(#[from] ResultError),
 }
 
-/// Stop flag that is never set.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Continuation<'a> {
-    /// Continuation of a study. By default the file may only replace results of this program.
+    /// Continuation of a study. By default, the file may only replace results of this program.
     pub fn new(study: &'a ContinuationStudy, path: &'a Path) -> Self {
         Continuation {
             study,
@@ -75,7 +74,7 @@ impl<'a> Continuation<'a> {
         }
     }
 
-    /// Files that may be replaced.
+    /// Sets which files may be replaced.
     pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
         self.overwrite = overwrite;
         self
@@ -87,21 +86,23 @@ impl<'a> Continuation<'a> {
         self
     }
 
-    /// Flag that ends the continuation in good order.
+    /// Sets a flag that ends the continuation cleanly.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = stop;
         self
     }
 
-    /// Callback for every point.
+    /// Sets a callback for every point.
     pub fn progress(mut self, progress: impl FnMut(ContinuationProgress) + 'a) -> Self {
         self.progress = Box::new(progress);
         self
     }
 
-    /// Follows the branches, for as long as `solver.max_wall_time` of the base case allows. Points first go to a journal
-    /// beside the file, from which an interrupted continuation resumes; it leaves a partial file. Fails without a start,
-    /// on a protected file, or on the disk's failure.
+    /// Follows the branches, at most for `solver.max_wall_time` of the base case. Points first go to a journal next to
+    /// the file. An interrupted continuation leaves a partial file and can resume from the journal.
+    ///
+    /// # Errors
+    /// There is no start, the file is protected, or the disk fails.
     pub fn start(mut self) -> Result<ContinuationReport, ContinuationError> {
         let study = self.study;
         let place = Reservation::take(self.path, self.overwrite, &study.files)?;
@@ -151,7 +152,7 @@ impl<'a> Continuation<'a> {
         let file = contents(study, motion, &explored).write(&place, &status)?;
         drop(journal);
         if !explored.interrupted {
-            // Remains of an interruption.
+            // Removes what an interruption left.
             let _ = std::fs::remove_file(partial_path(self.path));
             let _ = std::fs::remove_file(&at);
         }

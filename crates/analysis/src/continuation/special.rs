@@ -74,7 +74,7 @@ impl Special {
     }
 }
 
-/// Test functions of special points between two points of a branch with one sequence of events.
+/// Test functions of special points between two points of a branch with the same sequence of events.
 pub(crate) fn tests(what: What, measured: &Measured, direction: &DVector<f64>, jacobian: &DMatrix<f64>) -> Tests {
     let spectrum = &measured.spectrum;
     let (flip, crossing) = match what {
@@ -98,7 +98,6 @@ pub(crate) fn tests(what: What, measured: &Measured, direction: &DVector<f64>, j
     }
 }
 
-/// See [`tests`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tests {
     /// Component of the direction along the varied parameter.
@@ -120,7 +119,6 @@ fn bordered(jacobian: &DMatrix<f64>, direction: &DVector<f64>) -> f64 {
 }
 
 impl Tests {
-    /// Tests for the reversed direction.
     pub fn turned(self) -> Tests {
         Tests {
             fold: -self.fold,
@@ -129,7 +127,6 @@ impl Tests {
         }
     }
 
-    /// Special points between two points.
     pub fn passed(&self, there: &Tests, what: What) -> Vec<Special> {
         let mut found = Vec::new();
         if self.fold * there.fold < 0.0 {
@@ -150,7 +147,7 @@ impl Tests {
         found
     }
 
-    /// Test function: zero at the special point, with opposite signs on its sides.
+    /// Zero at the special point, with opposite signs on both sides.
     pub fn value(&self, of: Special, measured: &Measured) -> f64 {
         match of {
             Special::Fold => self.fold,
@@ -165,7 +162,7 @@ impl Tests {
     }
 }
 
-/// Complex pair that is nearest to neutral.
+/// The complex pair nearest to neutral.
 pub(crate) fn critical_pair(of: Special, spectrum: &[Complex<f64>]) -> Option<Complex<f64>> {
     let off = |one: &Complex<f64>| match of {
         Special::Hopf => one.re.abs(),

@@ -1,4 +1,4 @@
-//! A point of a branch, and a trial of the next one.
+//! A point of a branch, and a trial for the next point.
 
 use super::manifold::{Local, Measured};
 use super::special::Tests;
@@ -13,13 +13,12 @@ pub(crate) struct Station {
     pub tests: Tests,
 }
 
-/// Solution on the plane across a direction, at a distance along it.
+/// Solution on the plane across a direction, at a distance along this direction.
 pub(super) struct Trial {
     pub solution: NewtonSolution,
     pub station: Station,
 }
 
-/// Direction in scaled unknowns, of length 1.
 pub(super) fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
     direction.component_div(local.scale()).normalize()
 }

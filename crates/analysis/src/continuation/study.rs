@@ -16,10 +16,10 @@ pub const CONTINUATIONS: &[BuiltIn] = built_in!["studies": "belt-branches", "sli
 const DEFAULT_POINTS: u64 = 400;
 const MOST_POINTS: u64 = 100_000;
 
-/// Default longest step: a share of range and motion.
+/// Default longest step, as a fraction of range and motion.
 const DEFAULT_STEP: f64 = 0.03;
 
-/// Tables of a case that are not in the equations.
+/// Tables of a case that do not enter the equations.
 const NO_EQUATION: [&str; 4] = ["initial.", "output.", "perturbation.", "solver."];
 
 const STUDY_KEYS: &[&str] = &["title", "case", "set", "axis", "branch"];
@@ -54,11 +54,11 @@ pub struct ContinuationStudy {
     pub cycle: bool,
     /// Search for that cycle.
     pub search: CycleSearch,
-    /// Whether branches follow the rising, and the falling parameter.
+    /// Whether branches follow the rising parameter, and the falling one.
     pub directions: (bool, bool),
-    /// Points of a branch in one direction.
+    /// Largest number of points of a branch in one direction.
     pub points: usize,
-    /// Longest step.
+    /// Longest step, as a fraction of range and motion.
     pub step: f64,
     /// Special points whose emerging branches are followed.
     pub follow: Vec<Special>,
@@ -69,7 +69,7 @@ pub struct ContinuationStudy {
 }
 
 impl ContinuationStudy {
-    /// Reads a study, or reports all problems. `overrides` apply to the base case after the study's own settings.
+    /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         let head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
@@ -113,7 +113,7 @@ impl ContinuationStudy {
             return Err(reader.into_error());
         }
         let start = study.start()?;
-        // A number may stand for a list of one.
+        // A single number may stand for a list of one.
         for key in study.axes.iter_mut().flat_map(|axis| &mut axis.keys) {
             let first = format!("{key}.0");
             if start.number(key).is_err() && start.number(&first).is_ok() {
@@ -241,7 +241,7 @@ impl ContinuationStudy {
         WrittenCase::read(&self.base, &self.settings)
     }
 
-    /// Least and largest value of an axis.
+    /// Least and largest value of an axis, SI.
     pub fn range(&self, axis: usize) -> (f64, f64) {
         let range = self.axes[axis].range;
         range.map_or((f64::NAN, f64::NAN), |range| {
@@ -249,12 +249,12 @@ impl ContinuationStudy {
         })
     }
 
-    /// Hash of all that determines the study's results, including the program version: 64 hexadecimal digits.
+    /// Hash of everything that determines the study's results, including the program version: 64 hexadecimal digits.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(env!("CARGO_PKG_VERSION"));
         hash.update(&self.base.text);
-        // The time limit does not count: a study can resume with another budget.
+        // The time limit does not count: a study can resume with another limit.
         let settings: Vec<_> = self
             .settings
             .iter()
@@ -269,7 +269,7 @@ impl ContinuationStudy {
     }
 }
 
-/// Placeholder for an unreadable base case, which has been reported.
+/// Placeholder for an unreadable base case. The problem has already been reported.
 fn source_without_a_case(source: &StudySource) -> CaseSource {
     CaseSource {
         text: String::new(),

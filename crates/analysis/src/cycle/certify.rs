@@ -1,8 +1,8 @@
 //! Certification of a cycle: Newton's method with the independent oracle, to any number of digits.
 //!
-//! The oracle solves the motion from a state over a period. The distance to the start corrects state and period,
-//! through derivatives in double precision. Each correction shrinks by the error of these derivatives, about eight
-//! digits. This contraction proves the cycle and bounds the distance to it.
+//! The oracle solves the motion from a state over a period. The distance to the start corrects state and period
+//! through derivatives in double precision. Each correction is smaller than the previous one by the error of these
+//! derivatives, about eight digits. This contraction proves the cycle and bounds the distance to it.
 
 use super::error::CycleError;
 use super::family::Family;
@@ -55,7 +55,7 @@ pub enum NotCertified {
         /// Ratio of the last two.
         ratio: f64,
     },
-    /// Another sequence of events.
+    /// The oracle finds another sequence of events.
     #[error("not certified: the oracle's motion has other events than the cycle ({found}, not {expected})")]
     OtherEvents {
         /// Events of the oracle's motion.
@@ -63,7 +63,7 @@ pub enum NotCertified {
         /// Events of the cycle.
         expected: String,
     },
-    /// A singular matrix.
+    /// The matrix is singular.
     #[error("not certified: the cycle is neutral, so that its neighbours are cycles as well")]
     Neutral,
 }
@@ -116,7 +116,7 @@ fn rational(value: f64) -> BigRational {
     BigRational::from_float(value).unwrap_or_default()
 }
 
-/// Drive with its origin moved to a time (s).
+/// Drive with its time origin moved to `time` (s).
 fn shifted(drive: &Drive<BigRational>, time: &BigRational, pi: &BigRational) -> Drive<BigRational> {
     match drive {
         Drive::Wave(wave) => {
@@ -150,7 +150,7 @@ fn system_from(system: &ExactSystem, time: f64, pi: &BigRational) -> ExactSystem
     system
 }
 
-/// Period of the first harmonic of an exact system; only pi is rounded.
+/// Period of the first harmonic of an exact system. Only pi is rounded.
 fn exact_turn(system: &ExactSystem, pi: &BigRational) -> Option<BigRational> {
     fn first(drive: &Drive<BigRational>) -> Option<&Wave<BigRational>> {
         match drive {
@@ -166,7 +166,7 @@ fn exact_turn(system: &ExactSystem, pi: &BigRational) -> Option<BigRational> {
     })
 }
 
-/// Twists and speeds of a state, rotor first, then bristles, as in a case.
+/// Twists and speeds in the order of a case: rotor first, then stator, then bristles.
 fn stated(state: &OracleState) -> Vec<BigRational> {
     let lists = [
         &state.rotor_twist,
@@ -178,9 +178,9 @@ fn stated(state: &OracleState) -> Vec<BigRational> {
     all.map(|number| number.to_rational().unwrap_or_default()).collect()
 }
 
-/// Corrects a cycle by the oracle to a number of true digits of period and events. The file of a driven cycle starts at
-/// phase zero of the drives, `periods_before` of their periods before the orbit's time origin; that of an autonomous
-/// cycle starts with the orbit. `told` is called at every run; `Break` ends the certification.
+/// Corrects a cycle by the oracle to a number of true digits of period and events. The file of a driven cycle starts
+/// at phase zero of the drives, `periods_before` of their periods before the orbit's time origin. The file of an
+/// autonomous cycle starts with the orbit. `told` is called at every run; `Break` ends the certification.
 ///
 /// # Errors
 /// The corrections do not shrink, the oracle finds other events, or a run fails.
@@ -199,7 +199,7 @@ pub fn certify(
     let equations = SystemEquations::new(&member.system);
     let outside = Excitation::new(&member.system).at(0, orbit.time);
     let n = orbit.state.len();
-    // Components stated in a case, as a function of the mechanical state: linear except for the drives.
+    // Components as stated in a case, as a function of the mechanical state: linear except for the drives.
     let of_state = |y: &[f64]| -> Vec<f64> {
         let mut whole = vec![0.0; equations.dimension];
         whole[..n].copy_from_slice(y);
@@ -230,7 +230,7 @@ pub fn certify(
     let state = DVector::from_column_slice(&orbit.state);
     let start = (orbit.time, &state);
     let shot = shoot((&member.system, member.threshold), start, orbit.period, wanted).map_err(CycleError::from)?;
-    // (M - I, f; f 0) in stated components; the plane across the flow uses the components' sizes.
+    // (M - I, f; f 0) in stated components. The plane across the flow uses the components' sizes.
     let matrix = &change * &shot.by_state * &back;
     let (end_flow, flow) = (&change * &shot.end_rates, &change * &shot.start_rates);
     let rows = size + usize::from(!forced);
@@ -282,7 +282,7 @@ pub fn certify(
             return Err(NotCertified::Neutral);
         };
         let end = stated(end);
-        // Every step lies in the plane across the flow.
+        // Every step stays in the plane across the flow.
         let mut right = DVector::zeros(rows);
         for i in 0..size {
             right[i] = -nearest_double(&(&end[i] - &x[i]));
@@ -312,7 +312,7 @@ pub fn certify(
                     1.0
                 };
                 let decimal = decimal(value, (true_digits as usize).min(computed as usize));
-                // The decimal is rounded as well.
+                // The decimal is rounded, too.
                 let printed = oracle::rational(&decimal).unwrap_or_default();
                 let rounding = nearest_double(&(printed - value)).abs();
                 Enclosed {
@@ -387,7 +387,7 @@ fn differences(one: &OracleReport, other: &OracleReport) -> Vec<f64> {
     pairs.map(|(a, b)| a.time.minus(&b.time).abs()).collect()
 }
 
-/// The oracle's motion from stated components over a period.
+/// The oracle's motion over a period, from components as stated in a case.
 fn run(
     (system, threshold): (&ExactSystem, &Option<BigRational>),
     x: &[BigRational],

@@ -9,7 +9,7 @@ use stickslip_engine::simulation::{Shot, WantedResults, shoot};
 /// Least scale of a component, as a speed, relative to the largest speed of the motion.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Scale of each state component: its own size, at least a share of the largest one, compared as speeds.
+/// Scale of each state component: its own size, at least a fraction of the largest one. Sizes are compared as speeds.
 pub(crate) fn scales(sizes: &[f64], weights: &[f64]) -> Vec<f64> {
     let pairs = || sizes.iter().zip(weights);
     let largest = pairs().map(|(size, weight)| size * weight).fold(0.0, f64::max);
@@ -29,14 +29,14 @@ pub(crate) struct Guess {
     pub values: Vec<f64>,
 }
 
-/// Shooting over a period, in scaled unknowns: state, period of an autonomous system, varied parameters. The plane
+/// Shooting over a period in scaled unknowns: state, period of an autonomous system, varied parameters. The plane
 /// through the guess across the flow fixes the phase of an autonomous motion.
 pub(crate) struct Shooting<'a> {
     pub family: &'a Family,
     time: f64,
     pub multiple: u32,
     anchor: DVector<f64>,
-    /// Direction of the flow, in scaled components.
+    /// Direction of the flow in scaled components.
     flow: DVector<f64>,
     pub scale: DVector<f64>,
     pub stop: &'a dyn Fn() -> bool,
@@ -44,7 +44,6 @@ pub(crate) struct Shooting<'a> {
 }
 
 impl<'a> Shooting<'a> {
-    /// Shooting about a guess, with sizes and rates of its state.
     pub fn new(
         family: &'a Family,
         multiple: u32,
@@ -71,8 +70,8 @@ impl<'a> Shooting<'a> {
         }
     }
 
-    /// Cosine between the flow at the last start and that of the guess, whose plane fixes the phase of an autonomous
-    /// motion; 1 for a driven one.
+    /// Cosine between the flow at the last start and the flow of the guess, whose plane fixes the phase of an
+    /// autonomous motion; 1 for a driven motion.
     pub fn phase_cosine(&self) -> f64 {
         match &self.last {
             Some(shot) if self.family.is_autonomous() => {

@@ -22,7 +22,7 @@ pub enum CycleError {
          state that slips ([initial] and --from initial), or drive it harder"
     )]
     Sticks {
-        /// Begin of the stick, s.
+        /// Start of the stick, s.
         from: f64,
         /// Length of the observation, s.
         time: f64,
@@ -34,7 +34,7 @@ pub enum CycleError {
          [initial] at the cycle), or let it run longer (output.end_time)"
     )]
     NoReturn {
-        /// Begin of the observation, s.
+        /// Start of the observation, s.
         from: f64,
         /// Length of the observation, s.
         time: f64,
@@ -47,7 +47,7 @@ pub enum CycleError {
          for an unstable one start from a state beside that (--from initial, with [initial] there)"
     )]
     Decays {
-        /// Begin of the decay, s.
+        /// Start of the decay, s.
         from: f64,
     },
     /// Newton's method found no cycle.
@@ -66,7 +66,7 @@ pub enum CycleError {
         /// Relative residual of the guess.
         first: f64,
     },
-    /// The motion closes, but is no isolated cycle.
+    /// The motion closes but is not an isolated cycle.
     #[error(
         "the motion closes over {period:.9} s, but is no cycle of its own: its derivatives are singular or missing, as of a contact that \
          sticks, of a motion among others like it, or where two events coincide. Change a number of the case a little"

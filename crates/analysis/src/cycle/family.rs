@@ -1,4 +1,4 @@
-//! A case with varied parameters: long-run system and derivatives of each member.
+//! A case with varied parameters: the long-run system and the derivatives of each member.
 
 use super::error::CycleError;
 use super::forcing::{NotPeriodic, common_turns, in_the_long_run, period_of};
@@ -7,8 +7,8 @@ use stickslip_engine::simulation::{MovedCases, MovedSystem};
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::System;
 
-/// Relative change of a parameter for central differences over one and two of it. They err by its fourth power: a
-/// frequency turns a phase of many radians.
+/// Relative change of a parameter in central differences over one and two changes. They are of fourth order, because
+/// a frequency turns a phase of many radians.
 const WIDTH: f64 = 1.0 / 262_144.0;
 const CENTRAL: [(f64, f64); 4] = [
     (1.0, 2.0 / 3.0),
@@ -23,13 +23,12 @@ pub struct Family {
     written: WrittenCase,
     /// Key paths that take the value of each varied parameter.
     keys: Vec<Vec<String>>,
-    /// Number of harmonics, and turns of the first in their common period.
+    /// Number of harmonics, and turns of the first harmonic in their common period.
     turns: Option<(usize, u64)>,
 }
 
 pub(crate) struct Member {
     pub system: System,
-    /// Threshold, rad/s.
     pub threshold: f64,
     /// Common period of the drives, s; `None` for an autonomous system.
     pub period: Option<f64>,
@@ -39,7 +38,10 @@ pub(crate) struct Member {
 }
 
 impl Family {
-    /// Family of a case with the key paths of each varied parameter, if periodic motions can last.
+    /// Family of a case, with the key paths of each varied parameter.
+    ///
+    /// # Errors
+    /// The system slows down to a stop, or its harmonics have no common period.
     pub fn new(written: WrittenCase, keys: &[Vec<String>]) -> Result<Family, CycleError> {
         let system = in_the_long_run(&written.case().system);
         if twice_resistance(&system).is_some() {
@@ -66,7 +68,7 @@ impl Family {
         self.keys.len()
     }
 
-    /// All key paths with their values.
+    /// All key paths, each with its value.
     pub fn changes(&self, values: &[f64]) -> Vec<(&str, f64)> {
         let pairs = self.keys.iter().zip(values);
         pairs
@@ -79,7 +81,10 @@ impl Family {
         self.written.case()
     }
 
-    /// Case with other values of its parameters, if valid.
+    /// Case with other values of its parameters.
+    ///
+    /// # Errors
+    /// The values are invalid.
     pub fn case_at(&self, values: &[f64]) -> Result<Case, CycleError> {
         let changes = self.changes(values);
         let found = match changes.is_empty() {
@@ -102,7 +107,6 @@ impl Family {
         period_of(system, self.turns()?)
     }
 
-    /// Checks that a member has as many harmonics, with as many turns in their common period, as the case.
     fn check_turns(&self, system: &System, keys: &[Vec<String>]) -> Result<(), CycleError> {
         if common_turns(system).ok() == Some(self.turns) {
             return Ok(());
@@ -111,7 +115,7 @@ impl Family {
         Err(NotPeriodic::OtherPeriod { number }.into())
     }
 
-    /// Member with these values, unless invalid or with another common period of the drives.
+    /// Fails if the values are invalid or change the common period of the drives.
     pub(crate) fn at(&self, values: &[f64], derivatives: bool) -> Result<Member, CycleError> {
         let none = || {
             let changes = self.changes(values);

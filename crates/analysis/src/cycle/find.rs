@@ -1,4 +1,4 @@
-//! Search for a periodic motion: a guess from a run or a stated state, then Newton's method.
+//! Search for a periodic motion: a guess from a run or from a stated state, then Newton's method.
 
 use super::equations::{Guess, Shooting, scales as sizes};
 use super::error::CycleError;
@@ -13,20 +13,20 @@ use stickslip_engine::simulation::{
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, Recorder, RecorderError, Sample};
 
-/// Most turns, or periods of the drives, in a period.
+/// Largest number of turns, or of periods of the drives, in a period.
 pub const LONGEST: usize = 64;
 
-/// Relative distance below which the first return gives the guess; it may also be this multiple of the nearest return.
+/// Relative distance below which the first return gives the guess. It may also be this multiple of the nearest return.
 const NEAR: f64 = 1e-4;
 const AS_NEAR: f64 = 4.0;
 
 /// Relative distance at which a motion repeats within its period.
 const SAME: f64 = 1e-7;
 
-/// Share of the largest speed of the guess below which a varying relative velocity counts as rest.
+/// Fraction of the largest speed of the guess below which a varying relative velocity counts as rest.
 const AT_REST: f64 = 1e-8;
 
-/// Share of the largest relative velocity above which a maximum counts as a turn.
+/// Fraction of the largest relative velocity above which a maximum counts as a turn.
 const TURN: f64 = 1e-3;
 
 /// Relative variation of the relative velocity below which sliding is steady.
@@ -38,10 +38,10 @@ const NEARLY_STEADY: f64 = 1e-3;
 /// Relative residual at which a motion closes.
 const ROUNDING: f64 = 1e-12;
 
-/// Extensions of the run by its own length if no cycle is found from its end.
+/// Number of extensions of the run by its own length if no cycle is found from its end.
 const FURTHER: u32 = 3;
 
-/// Parts of the run's time in which returns are sought, the shortest first.
+/// Fractions of the run's time in which returns are sought, the shortest first.
 const PARTS: [f64; 3] = [1.0 / 16.0, 1.0 / 4.0, 1.0];
 
 /// Start of a search.
@@ -59,9 +59,9 @@ pub enum From {
 pub struct CycleSearch {
     /// Start.
     pub from: From,
-    /// Periods of the drives, or turns of an autonomous motion, in a period; `None`: best fit.
+    /// Periods of the drives, or turns of an autonomous motion, in a period; `None` selects the best fit.
     pub periods: Option<u32>,
-    /// Period, s; `None`: best fit.
+    /// Period, s; `None` selects the best fit.
     pub period: Option<f64>,
 }
 
@@ -93,7 +93,7 @@ impl Recorder for LastOrbit {
     }
 }
 
-/// Periodic motion of a family at these values of its parameters; an error tells the failed attempts.
+/// Finds a periodic motion of a family at these values of its parameters. An error describes the failed attempts.
 pub fn find(
     family: &Family,
     values: &[f64],
@@ -184,7 +184,7 @@ fn starting_point(
     Ok((last.time, moving_state(&case.system, &last.further)))
 }
 
-/// Motion without derivatives; `extrema` adds peaks and margins.
+/// Motion without derivatives. `extrema` adds peaks and margins.
 pub(crate) fn motion(
     member: &Member,
     from: (f64, &DVector<f64>),
@@ -207,7 +207,6 @@ pub(crate) fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Number of returns after which the motion is first near its start.
 fn first_near(distances: &[f64]) -> usize {
     let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
     let bound = NEAR.max(AS_NEAR * least);
@@ -250,7 +249,7 @@ fn stroboscopic(
     Ok((guess(multiple), multiple))
 }
 
-/// Maxima of |omega_r| that count as turns, without ringing after a slip and rounding in steady sliding.
+/// Maxima of |omega_r| that count as turns, without ringing after a slip and without rounding in steady sliding.
 fn turns(shot: &Shot) -> impl Iterator<Item = &Peak> {
     let (least, largest) = shot.relative_velocity;
     let size = least.abs().max(largest.abs());
@@ -291,7 +290,7 @@ fn autonomous(
             },
         });
     }
-    // The motion is nearest to an unstable cycle at first, to a stable cycle at last.
+    // The motion is nearest to an unstable cycle at first, and nearest to a stable cycle at last.
     let ordered: Vec<&Peak> = match search.from {
         From::Initial => peaks.clone(),
         From::End => peaks.iter().rev().copied().collect(),
@@ -322,7 +321,7 @@ fn autonomous(
     Ok((guess, 1))
 }
 
-/// Guess moved to the middle of its longest slip, away from all events.
+/// Moves the guess to the middle of its longest slip, away from all events.
 pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Guess, CycleError> {
     let shift = to_slip(member, guess, stop)?;
     let state = motion(member, (guess.time, &guess.state), shift, false, stop)?.end;
@@ -368,8 +367,8 @@ pub(crate) fn later(member: &Member, guess: &Guess, shift: f64) -> f64 {
     }
 }
 
-/// Periodic motion by Newton's method, if it converges, from a point: time (s, phase of the drives), state and period
-/// (s). `multiple`: periods of the drives in the motion, 1 for an autonomous system.
+/// Finds a periodic motion by Newton's method, if it converges. The start is a point: time (s, phase of the drives),
+/// state, and period (s). `multiple`: periods of the drives in the motion, 1 for an autonomous system.
 pub fn refine(
     family: &Family,
     values: &[f64],

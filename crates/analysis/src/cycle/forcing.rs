@@ -1,4 +1,4 @@
-//! Case in the long run: final values of signals, drives with a common period.
+//! Case in the long run: final values of signals, and drives with a common period.
 
 use crate::analysis::forcing::{self, harmonics};
 use std::f64::consts::TAU;
@@ -35,7 +35,7 @@ fn settled<T: Clone>(drive: &Drive<T>) -> Drive<T> {
     match drive {
         Drive::Value(value) => Drive::Value(value.clone()),
         Drive::Linear(signal) => signal.final_value().map_or_else(|| drive.clone(), Drive::Value),
-        // A harmonic that ends leaves its mean.
+        // A harmonic that ends leaves its mean value.
         Drive::Wave(wave) if wave.to.is_some() => Drive::Value(wave.mean.clone()),
         Drive::Wave(wave) => Drive::Wave(Wave {
             from: None,
@@ -77,7 +77,7 @@ pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> Syst
     }
 }
 
-/// Number of harmonics in the long run, and turns of the first in their common period; `None` without harmonics.
+/// Number of harmonics in the long run, and turns of the first one in their common period; `None` without harmonics.
 pub(crate) fn common_turns(system: &System) -> Result<Option<(usize, u64)>, NotPeriodic> {
     let all = harmonics(system);
     if all.is_empty() {
@@ -90,7 +90,7 @@ pub(crate) fn common_turns(system: &System) -> Result<Option<(usize, u64)>, NotP
 /// Duration of `turns` turns of the first harmonic, s.
 pub(crate) fn period_of(system: &System, turns: u64) -> Option<f64> {
     let turn = match first_wave(system)?.frequency {
-        // Without the rounding of 2 pi.
+        // Avoids the rounding of 2 pi.
         Frequency::Cycles(frequency) => 1.0 / frequency.abs(),
         Frequency::Angular(omega) => TAU / omega.abs(),
     };

@@ -1,7 +1,8 @@
 //! Periodic motions: search, description, certification.
 //!
-//! The period of a forced motion is a multiple of its forcing's; that of an autonomous one is unknown. Newton's method
-//! finds stable and unstable motions, with derivatives through every event (`hybrid::variation`).
+//! The period of a forced motion is a multiple of the period of its forcing. The period of an autonomous motion is
+//! unknown. Newton's method finds stable and unstable motions, with derivatives through every event
+//! (`hybrid::variation`).
 //!
 //! | module | what it is |
 //! |---|---|

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Equations in scaled unknowns of order 1.
 pub(crate) trait NewtonEquations {
-    /// Scaled residuals and their derivatives by the unknowns.
+    /// Scaled residuals, and their derivatives with respect to the unknowns.
     fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError>;
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct NewtonSolution {
 
 #[derive(Debug)]
 pub(crate) enum NoSolution {
-    /// Exhausted iterations; residuals of the best and the first point.
+    /// The iterations are exhausted; the residuals are those of the best and the first point.
     Diverged {
         iterations: usize,
         residual: f64,
@@ -31,7 +31,7 @@ pub(crate) enum NoSolution {
 }
 
 impl NoSolution {
-    /// Error of a search that started with this period, s.
+    /// Error of a search that started with this period (s).
     pub fn into_error(self, period: f64) -> CycleError {
         match self {
             NoSolution::Failed(error) => error,
@@ -56,15 +56,15 @@ const MOST_HALVINGS: usize = 15;
 /// Step below which convergence is quadratic.
 const NEAR: f64 = 1e-6;
 
-/// A step below `EXACT` is rounding; one below `SOLVED` suffices if steps have not shrunk `STUCK` times.
+/// A step below `EXACT` is rounding. A step below `SOLVED` suffices if steps have not shrunk `STUCK` times.
 const EXACT: f64 = 1e-14;
 const SOLVED: f64 = 1e-9;
 const STUCK: u32 = 2;
 
-/// Share of the largest singular value below which a direction is neutral and not moved.
+/// Fraction of the largest singular value below which a direction is neutral and is not corrected.
 const NEUTRAL: f64 = 1e-13;
 
-/// Solution with `plane` (x - start) = 0. The plane has a row for each surplus unknown.
+/// Solution with `plane` (x - start) = 0. The plane has one row for each surplus unknown.
 pub(crate) fn solve(
     equations: &mut dyn NewtonEquations,
     start: &DVector<f64>,
@@ -146,7 +146,7 @@ pub(crate) fn tangent(jacobian: &DMatrix<f64>, before: &DVector<f64>) -> Option<
     if !jacobian.iter().all(|x| x.is_finite()) {
         return None;
     }
-    // A square matrix has a whole basis.
+    // Only a square matrix gives a whole basis.
     let columns = jacobian.ncols();
     let mut square = DMatrix::zeros(columns, columns);
     square.rows_mut(0, jacobian.nrows()).copy_from(jacobian);

@@ -12,7 +12,7 @@ use stickslip_system::numerics::eigenvalues::eigenvalues;
 /// Distance from the unit circle within which a multiplier is neutral.
 pub const NEUTRAL: f64 = 1e-8;
 
-/// Share of the period's largest slip speed above which a slip counts as one of the largest.
+/// Fraction of the period's largest slip speed above which a slip counts as one of the largest.
 const ALIKE: f64 = 1.0 - 1e-6;
 
 /// Kind of a multiplier.
@@ -137,7 +137,7 @@ pub struct Orbit {
     pub position: (f64, f64),
     /// Least and largest omega_r, rad/s.
     pub relative_velocity: (f64, f64),
-    /// Sticks that begin in the period.
+    /// Number of sticks that begin in the period.
     pub sticks: usize,
     /// Shortest and longest stick, s.
     pub stick_durations: Option<(f64, f64)>,
@@ -150,7 +150,7 @@ pub struct Orbit {
     pub(crate) sizes: Vec<f64>,
     /// d(end)/d(start).
     pub(crate) by_state: DMatrix<f64>,
-    /// Distance of the start from the nearest events, as a share of the longest slip; infinite without events.
+    /// Distance of the start from the nearest event, as a fraction of the longest slip; infinite without events.
     pub(crate) clearance: f64,
 }
 
@@ -213,7 +213,7 @@ impl Orbit {
         });
         let phases = whole(&shot.phases);
         let durations = stick_durations(&phases);
-        // A touch is relative to the largest speed.
+        // The distance of a touch is relative to the largest speed.
         let (least, largest) = shot.relative_velocity;
         let fastest = least.abs().max(largest.abs());
         let margins = shot.margins.iter().map(|margin| match margin.border {
@@ -285,7 +285,7 @@ fn clearance(phases: &[ShotPhase]) -> f64 {
     (first.to - first.from).min(last.to - last.from) / longest
 }
 
-/// Phases of a period. The phase across its ends is joined, and comes first.
+/// Phases of a period. The phase across the ends of the period is joined and comes first.
 pub fn whole(phases: &[ShotPhase]) -> Vec<ShotPhase> {
     let mut phases = phases.to_vec();
     if phases.len() > 1
@@ -298,7 +298,7 @@ pub fn whole(phases: &[ShotPhase]) -> Vec<ShotPhase> {
     phases
 }
 
-/// Distances of slips and separations from vanishing. The largest slip of a period does not vanish.
+/// Distances at which slips and separations vanish. The largest slip of a period cannot vanish.
 pub fn vanishing(phases: &[ShotPhase]) -> Vec<Margin> {
     let slips = phases.iter().filter(|phase| phase.mode.slides());
     let largest = slips.map(|phase| phase.depth).fold(0.0, f64::max);
@@ -309,7 +309,7 @@ pub fn vanishing(phases: &[ShotPhase]) -> Vec<Margin> {
             _ => return None,
         };
         let time = phase.from;
-        // Among equal slips, each counts as the largest.
+        // Each of several equal slips counts as the largest.
         (border == Border::Separation || distance < ALIKE).then_some(Margin { border, time, distance })
     };
     phases.iter().filter_map(margin).collect()

@@ -1,4 +1,4 @@
-//! Cycle as a case, whose run over one period is an ordinary result, and its group in the file.
+//! Cycle as a case, whose run over one period is an ordinary result, and the cycle's group in the file.
 
 use super::equations::Guess;
 use super::error::CycleError;
@@ -16,8 +16,8 @@ use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
 const SAMPLES: f64 = 1000.0;
 
 impl Orbit {
-    /// Case of one period of the motion, from phase zero of the case's drives, or from the middle of the longest slip
-    /// of an autonomous motion. Signals keep their final values, and there are no kicks.
+    /// Case of one period of the motion. It starts at phase zero of the case's drives; for an autonomous motion, in
+    /// the middle of the longest slip. Signals keep their final values, and there are no kicks.
     pub fn case(&self, family: &Family) -> Result<Case, CycleError> {
         let member = family.at(&self.values, false)?;
         let mut state = DVector::from_column_slice(&self.state);
@@ -76,7 +76,7 @@ impl Orbit {
         }
     }
 
-    /// Group /cycle of the file of a period.
+    /// Group /cycle in the file of a period.
     pub fn additions(&self, family: &Family, source: &str, overrides: &[String]) -> Vec<Addition> {
         let case = family.case();
         let angle = case
@@ -172,7 +172,7 @@ impl Orbit {
     }
 }
 
-/// Finds the cycle of a file again: family, orbit, and original case.
+/// Finds the cycle of a file again, and returns family, orbit, and original case.
 pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), CycleFileError> {
     let text = |name: &str| {
         let found = file.text_variable(group::CYCLE, name)?;

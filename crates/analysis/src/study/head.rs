@@ -10,7 +10,7 @@ use stickslip_files::{is_hdf5, open_sound};
 pub(crate) struct Head {
     /// Title, by default the name of the study.
     pub title: String,
-    /// Text of the base case; `None` if unreadable, which has been reported.
+    /// Text of the base case; `None` if unreadable. The problem has then been reported.
     pub base: Option<CaseSource>,
     pub settings: Vec<Override>,
     pub keys: CaseKeys,
@@ -18,7 +18,7 @@ pub(crate) struct Head {
 }
 
 impl Head {
-    /// Reads `title`, `case` and `set`. The order of settings is: `before`, the study's, `overrides`.
+    /// Reads `title`, `case` and `set`. Settings apply in this order: `before`, the study's own, `overrides`.
     pub fn read(
         reader: &mut StudyReader,
         root: &PlacedValue,
@@ -29,7 +29,7 @@ impl Head {
         let title = root.at("title").and_then(|node| reader.text(node, "title"));
         let mut files: Vec<PathBuf> = source.path.iter().cloned().collect();
         let base = read_base(reader, root, source, &mut files);
-        // Without a base case, the keys of the short form.
+        // Without a base case, the keys of the short form are known.
         let keys_with = |settings: &[Override]| {
             base.as_ref()
                 .map_or(CaseKeys::SHORT, |base| CaseKeys::of(base, settings))
@@ -48,7 +48,6 @@ impl Head {
         }
     }
 
-    /// Base case with its settings and those of a point; `None` if invalid.
     pub fn case_with(&self, point: impl Iterator<Item = Override>) -> Option<Case> {
         let overrides: Vec<Override> = self.settings.iter().cloned().chain(point).collect();
         Case::read(self.base.as_ref()?, &overrides).ok()
@@ -87,7 +86,7 @@ fn read_base(
     found.map_err(problems).ok()
 }
 
-/// Leaves of `set`: tables, dotted keys, quoted paths, or a list of texts `KEY=VALUE`.
+/// Reads the leaves of `set`: tables, dotted keys, quoted paths, or a list of texts `KEY=VALUE`.
 fn read_settings(
     reader: &mut StudyReader,
     known: &CaseKeys,
@@ -105,11 +104,11 @@ fn read_settings(
             });
             settings.extend(read.unwrap_or_default());
         }
-        // A signal is set as a whole; the case finds errors inside.
+        // A signal is set as a whole. The case finds errors inside it.
         _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, CaseValue::Array(_))) => {
             settings.push(whole());
         }
-        // Another law has other keys, so the table replaces the case's, as with --set.
+        // Another law has other keys, so the table replaces the case's table, as with --set.
         CaseValue::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
             settings.push(whole());
         }
@@ -141,7 +140,7 @@ fn read_settings(
     }
 }
 
-/// Number of evenly spread points that are built before the first run. If none is valid, the study is at fault.
+/// Number of evenly spread points that are built before the first run. If none is valid, the study itself is wrong.
 pub(crate) const PROBES: usize = 16;
 
 /// Reports errors that all points share before anything is computed: the first problems of `cases`, if none is valid.
@@ -160,7 +159,7 @@ pub(crate) fn check_points(
     first.map_or(Ok(()), |error| Err(relabelled(error, settings, label)))
 }
 
-/// Problems of a point, at the study's `[set]` line that sets the value, if there is one.
+/// Moves problems of a point to the study's `[set]` line that sets the value, if there is one.
 fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
     let problems = error.problems.into_iter().map(|problem| {
         let message = format!("no point of the study is a valid case: {}", problem.message);

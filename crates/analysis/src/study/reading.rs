@@ -7,12 +7,11 @@ use stickslip_case::{CaseError, CaseProblem, suggest};
 
 pub(crate) struct StudyReader {
     pub(crate) label: String,
-    /// Problems with the rank of their places.
+    /// Problems, each with the rank of its place in the file.
     problems: Vec<(usize, CaseProblem)>,
 }
 
 impl StudyReader {
-    /// Reader and root node of a study with `known` tables.
     pub(crate) fn open(source: &StudySource, known: &[&str]) -> Result<(StudyReader, PlacedValue), CaseError> {
         let label = source.label();
         let root = document::read(&source.text, &label)?;
@@ -39,7 +38,6 @@ impl StudyReader {
         ));
     }
 
-    /// Reports a problem and returns `None`.
     pub(crate) fn refuse<T>(&mut self, node: &PlacedValue, key: &str, message: impl Into<String>) -> Option<T> {
         self.report(node, key, message);
         None
@@ -49,7 +47,7 @@ impl StudyReader {
         self.refuse(node, key, format!("expected {what}, but got {}", node.value.describe()))
     }
 
-    /// The value, or `None` with a report of the error.
+    /// The value; `None` if it is an error, which is then reported.
     pub(crate) fn found<T>(&mut self, node: &PlacedValue, key: &str, value: Result<T, String>) -> Option<T> {
         value.map_err(|message| self.report(node, key, message)).ok()
     }
@@ -58,7 +56,6 @@ impl StudyReader {
         self.problems.is_empty()
     }
 
-    /// All problems in the order of the file.
     pub(crate) fn into_error(mut self) -> CaseError {
         self.problems.sort_by_key(|&(rank, _)| rank);
         CaseError {
@@ -66,7 +63,6 @@ impl StudyReader {
         }
     }
 
-    /// Reports every key of a table that is not in `known`.
     pub(crate) fn check_keys(&mut self, node: &PlacedValue, path: &str, known: &[&str]) {
         let CaseValue::Table(entries) = &node.value else {
             return;
@@ -82,7 +78,7 @@ impl StudyReader {
         }
     }
 
-    /// A table with `known` keys, or `None` with a report.
+    /// A table with `known` keys; `None` after a report.
     pub(crate) fn table<'a>(&mut self, node: &'a PlacedValue, path: &str, known: &[&str]) -> Option<&'a PlacedValue> {
         let CaseValue::Table(_) = node.value else {
             return self.expected(node, path, "a table");
@@ -153,7 +149,7 @@ impl StudyReader {
         }
     }
 
-    /// A plain number that satisfies `fits`, or `None` with a report of what was `expected`.
+    /// A plain number that satisfies `fits`; otherwise `None`, and a report says what was `expected`.
     pub(crate) fn number(
         &mut self,
         node: &PlacedValue,

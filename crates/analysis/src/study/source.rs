@@ -11,12 +11,12 @@ pub struct StudySource {
     pub text: String,
     /// File; `None` for a built-in study.
     pub path: Option<PathBuf>,
-    /// Name for results.
+    /// Name of the study in results.
     pub name: String,
 }
 
 impl StudySource {
-    /// Finds a study by name: a readable file, or a built-in study of a kind, which the error lists.
+    /// Finds a study by name: a readable file, or a built-in study of this kind. The error lists the built-in studies.
     pub fn find(name: &str, built_in: &[BuiltIn]) -> Result<StudySource, CaseError> {
         let path = Path::new(name);
         if !path.exists() && !name.contains(MAIN_SEPARATOR) && path.extension().is_none() {
@@ -41,7 +41,7 @@ impl StudySource {
         }
     }
 
-    /// Label for messages.
+    /// Name of the study in messages.
     pub fn label(&self) -> String {
         match &self.path {
             Some(path) => path.display().to_string(),
@@ -49,7 +49,6 @@ impl StudySource {
         }
     }
 
-    /// Folder for relative file names.
     pub(crate) fn folder(&self) -> PathBuf {
         let folder = self.path.as_ref().and_then(|path| path.parent());
         folder.map_or_else(PathBuf::new, Path::to_owned)
@@ -60,7 +59,7 @@ impl StudySource {
         let folder = self.folder();
         match &base.origin {
             Origin::BuiltIn(name) => name.clone(),
-            // Never occurs in a study.
+            // These do not occur in a study.
             Origin::StandardInput | Origin::Text => "-".to_owned(),
             Origin::File(path) | Origin::Result(path) => {
                 path.strip_prefix(&folder).unwrap_or(path).display().to_string()

@@ -10,7 +10,7 @@ use stickslip_files::SweepAxis;
 pub enum Spacing {
     /// Equal differences.
     Linear,
-    /// Equal ratios; both ends have one sign.
+    /// Equal ratios; both ends have the same sign.
     Log,
 }
 
@@ -26,7 +26,7 @@ pub struct AxisRange {
 }
 
 impl AxisRange {
-    /// Value at a share of the range, 0 at `from` and 1 at `to`; exact at both.
+    /// Value at a fraction `share` of the range: 0 at `from`, 1 at `to`, exact at both.
     pub fn at(&self, share: f64) -> f64 {
         let AxisRange { from, to, spacing } = *self;
         if share <= 0.0 {
@@ -41,7 +41,7 @@ impl AxisRange {
         }
     }
 
-    /// `count` values from end to end; only the first for 1.
+    /// `count` values from end to end; for 1, only the first.
     fn values(&self, count: usize) -> Vec<f64> {
         let last = (count.max(2) - 1) as f64;
         (0..count).map(|k| self.at(k as f64 / last)).collect()
@@ -51,22 +51,22 @@ impl AxisRange {
 /// Axis of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterAxis {
-    /// Dotted paths of the keys that take its value. The first gives name, unit and description.
+    /// Dotted paths of the keys that take the axis's value. The first one gives name, unit and description.
     pub keys: Vec<String>,
-    /// Name of its variable in the result: the first key with `_` for dots.
+    /// Name of the axis's variable in the result: the first key with `_` for dots.
     pub name: String,
     /// SI unit, `1` for a plain number; `None` for words and switches.
     pub unit: Option<&'static str>,
     /// Description of the first key.
     pub description: &'static str,
-    /// Range, if it has one.
+    /// Range; `None` for a list of values.
     pub range: Option<AxisRange>,
     /// Values of a grid, or choices of a sample; empty for a sampled range.
     pub levels: Vec<Setting>,
 }
 
 impl ParameterAxis {
-    /// Value at a share of the axis, in [0, 1): from the range or the list.
+    /// Value at a fraction `share` of the axis, in [0, 1): from the range or the list.
     pub(crate) fn at(&self, share: f64) -> Setting {
         match self.range {
             Some(range) => Setting::Number(range.at(share)),
@@ -88,7 +88,6 @@ impl ParameterAxis {
         }
     }
 
-    /// Axis of a sweep file, with the words of its codes and its grid coordinates.
     pub(crate) fn in_a_file(&self, words: &[String], values: Vec<f64>) -> SweepAxis {
         let (keys, unit) = (self.keys.join(" "), self.unit.unwrap_or("1"));
         SweepAxis::new(&self.name, keys, unit, self.description, words, values)
@@ -98,13 +97,13 @@ impl ParameterAxis {
         self.keys.iter().map(|key| Override::setting(key, value))
     }
 
-    /// Whether its values are numbers, so that its cases differ in numbers only.
+    /// Whether the values are numbers, so that the cases differ only in numbers.
     pub fn is_number(&self) -> bool {
         self.levels.iter().all(|level| level.as_number().is_some())
     }
 }
 
-/// Case at the first or last values of all axes; `None` if neither is valid, or if words may change the system.
+/// Case at the first or the last values of all axes; `None` if neither is valid, or if words may change the system.
 pub(crate) fn case_along(axes: &[ParameterAxis], head: &Head) -> Option<Case> {
     let at = |share: f64| {
         let settings = axes.iter().map(|axis| (axis, axis.at(share)));
@@ -114,7 +113,7 @@ pub(crate) fn case_along(axes: &[ParameterAxis], head: &Head) -> Option<Case> {
     [0.0, 1.0].into_iter().filter(|_| is_one_system).find_map(at)
 }
 
-/// Most values of an axis; more are a mistake.
+/// Largest number of values on an axis; more are a mistake.
 const MOST_LEVELS: u64 = 4_000_000;
 
 const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];

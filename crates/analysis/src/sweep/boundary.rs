@@ -1,9 +1,9 @@
 //! Tracing of a criterion's boundary in a plane of two axes.
 //!
-//! The first grid is run. Cells in which the criterion changes are halved, with their neighbours, as often as the study
-//! says. Then every edge of the finest cells with a change is bisected, and the fold of the curve is sought along x.
-//! All points of a round run together, to occupy every thread. The next round depends only on the results, so points
-//! and their numbers are reproducible.
+//! The first grid is run. Cells in which the criterion changes are halved together with their neighbours, as often as
+//! the study says. Then every edge of the finest cells with a change is bisected, and the fold of the curve is sought
+//! along x. All points of a round run together, to occupy every thread. The next round depends only on the results, so
+//! points and their numbers are reproducible.
 
 use super::contour::contours;
 use super::criterion::BoundarySpec;
@@ -20,7 +20,7 @@ use crate::analysis::stability::growth::foreseen_exponent;
 use std::collections::{BTreeMap, BTreeSet};
 use stickslip_case::Setting;
 
-/// Most nodes of the grid for contours of G, and its largest refinement against the first grid.
+/// Largest number of nodes of the grid for contours of G, and its largest refinement of the first grid.
 const CONTOUR_NODES: usize = 4000;
 const FINER: usize = 4;
 
@@ -76,7 +76,7 @@ pub(super) fn trace(
         .enumerate()
         .flat_map(|(plane, lattice)| lattice.lines().into_iter().map(move |line| (plane, line)))
         .collect();
-    // Each edge once: a closed line repeats its first edge.
+    // Each edge is taken once: a closed line repeats its first edge.
     let edges = lines
         .iter()
         .flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
@@ -98,7 +98,7 @@ pub(super) fn trace(
     let of_line = |(plane, line): &(usize, Vec<Edge>)| -> Vec<BoundaryCrossing> {
         line.iter().map(|&edge| crossings[&(*plane, edge)].clone()).collect()
     };
-    // A line ends where runs fail: no case exists beyond.
+    // A line ends where runs fail: there is no case beyond.
     let mut traced: Vec<Vec<BoundaryCrossing>> = lines
         .iter()
         .map(of_line)
@@ -126,7 +126,7 @@ pub(super) fn trace(
         }
     });
     let curves = curves.collect();
-    // Kicks and tolerances do not move the limit of steady sliding: one line suffices.
+    // Kicks and tolerances do not move the limit of steady sliding, so one line suffices.
     let outside = study.axes.iter().enumerate().filter(|(k, _)| !spec.plane.contains(k));
     let mut outside = outside.flat_map(|(_, axis)| &axis.keys);
     let one_for_all = outside.all(|key| key.starts_with("perturbation.") || key.starts_with("solver."));
@@ -148,7 +148,7 @@ pub(super) fn trace(
     })
 }
 
-/// All combinations of levels outside the plane, one value for each axis; the first value for axes in the plane.
+/// All combinations of levels outside the plane, one value for each axis. Axes in the plane have their first value.
 fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
     let mut planes: Vec<Vec<Setting>> = vec![Vec::new()];
     for (k, axis) in study.axes.iter().enumerate() {
@@ -163,7 +163,7 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
     planes
 }
 
-/// Contours of G in the first `planes`: exact if G needs no run, else from the `outcomes` of the first grid.
+/// Contours of G in the first `planes`: exact if G needs no run, otherwise from the `outcomes` of the first grid.
 fn growth_contours(tracer: &Tracer, outcomes: &[PointOutcome], planes: usize) -> Vec<ContourLine> {
     let Some(quantity) = quantity_index("growth_exponent").filter(|_| !tracer.spec.growth_contours.is_empty()) else {
         return Vec::new();
@@ -206,7 +206,8 @@ fn growth_contours(tracer: &Tracer, outcomes: &[PointOutcome], planes: usize) ->
     lines
 }
 
-/// Splits a curve at its largest y. Without a fold it is one branch: the lower one if the criterion is met at larger x.
+/// Splits a curve at its largest y. Without a fold it is one branch: the lower one if the criterion is met at larger
+/// x.
 fn name_branches(points: &mut [BoundaryPoint]) {
     let y = |point: &BoundaryPoint| point.middle()[1];
     let Some(top) = (0..points.len()).max_by(|&a, &b| y(&points[a]).total_cmp(&y(&points[b]))) else {
@@ -215,7 +216,7 @@ fn name_branches(points: &mut [BoundaryPoint]) {
     let last = points.len() - 1;
     let closed = last > 1 && points[0] == points[last];
     if !closed && (top == 0 || top == last) {
-        // From the crossings along x: the side on which the criterion is met.
+        // The crossings along x tell the side on which the criterion is met.
         let rising: i32 = points
             .iter()
             .map(|point| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]))
@@ -228,7 +229,7 @@ fn name_branches(points: &mut [BoundaryPoint]) {
         points.iter_mut().for_each(|point| point.branch = branch);
         return;
     }
-    // Two ways lead from the top: to both ends of an open line, to the bottom of a closed one.
+    // Two ways lead from the top: to both ends of an open line, or to the bottom of a closed one.
     let bottom = (0..points.len()).min_by(|&a, &b| y(&points[a]).total_cmp(&y(&points[b])));
     let cut = if closed { bottom.unwrap_or(0) } else { 0 };
     let one_way = |k: usize| (top.min(cut)..top.max(cut)).contains(&k);

@@ -2,11 +2,11 @@
 
 use super::lattice::{Edge, join};
 
-/// Illinois iterations on an edge: each gains at least a digit for a smooth quantity.
+/// Illinois iterations on an edge. Each gains at least one digit for a smooth quantity.
 const ROUNDS: usize = 5;
 
-/// Lines on which `values` (node (i, j) at `i + j * nodes[0]`) take `level`, in shares of the unit square. Cells with a
-/// missing value are skipped. Between nodes, contours follow `exact` if given, else linear interpolation.
+/// Lines on which `values` (node (i, j) at `i + j * nodes[0]`) equal `level`, in fractions of the unit square. Cells
+/// with a missing value are skipped. Between nodes, contours follow `exact` if given, otherwise linear interpolation.
 pub fn contours(
     nodes: [usize; 2],
     values: &[f64],

@@ -40,7 +40,6 @@ const COMPARISONS: [(&str, ThresholdTest); 4] = [
 ];
 
 impl Criterion {
-    /// Reads a text such as `stick_count >= 2`; the error tells the expected form.
     fn parse(system: Option<&System>, text: &str) -> Result<Criterion, String> {
         let Some((sign, comparison)) = COMPARISONS.into_iter().find(|(sign, _)| text.contains(sign)) else {
             return Err(format!(
@@ -64,7 +63,7 @@ impl Criterion {
         }
     }
 
-    /// Whether a run meets the criterion. A run without the value does not; a failed run is on no side of a boundary.
+    /// Whether a run meets the criterion. A run without the value does not. A failed run is on no side of a boundary.
     pub fn is_met(&self, outcome: &PointOutcome) -> bool {
         let value = outcome.value(self.quantity);
         match self.comparison {
@@ -88,15 +87,15 @@ impl Criterion {
 /// Specification of a boundary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundarySpec {
-    /// Indices of the two axes of the plane, x and y; any other axis gives one boundary for each of its values.
+    /// Indices of the two axes of the plane, x and y. Each value of another axis gives its own boundary.
     pub plane: [usize; 2],
     /// Nodes of the first grid along x and y.
     pub nodes: [usize; 2],
     /// Criterion that is met on one side of the boundary.
     pub criterion: Criterion,
-    /// Number of times that the cells of the first grid on the boundary are halved.
+    /// Number of halvings of the first grid's cells on the boundary.
     pub refinements: u32,
-    /// Width of a bisected crossing, as a share of the axis' range (of its logarithm on a log axis).
+    /// Width of a bisected crossing, as a fraction of the axis's range (of its logarithm on a log axis).
     pub width: f64,
     /// Values of the growth exponent G for additional contours.
     pub growth_contours: Vec<f64>,
@@ -116,7 +115,7 @@ impl BoundarySpec {
 
 const BOUNDARY_KEYS: &[&str] = &["x", "y", "criterion", "refinements", "width", "growth_contours"];
 
-/// Stick-slip, as the maps count it.
+/// Stick-slip as the maps count it.
 const DEFAULT_CRITERION: &str = "stick_count >= 2";
 const DEFAULT_REFINEMENTS: u64 = 2;
 const DEFAULT_WIDTH: f64 = 1e-4;

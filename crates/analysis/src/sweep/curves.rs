@@ -13,12 +13,12 @@ pub enum CurveBranch {
     Fold = 2,
 }
 
-/// Point of a boundary between two runs, one of which meets the criterion. In the units of the axes.
+/// Point of a boundary between two runs, one of which meets the criterion. Coordinates are in the units of the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryPoint {
     /// Run that meets the criterion.
     pub met: [f64; 2],
-    /// Run that does not.
+    /// Run that does not meet the criterion.
     pub unmet: [f64; 2],
     /// Part of the boundary.
     pub branch: CurveBranch,
@@ -36,7 +36,7 @@ impl BoundaryPoint {
 pub struct BoundaryCurve {
     /// Plane, as an index in [`Boundaries::planes`].
     pub plane: usize,
-    /// Points along the line; a closed one repeats the first.
+    /// Points along the line. A closed line repeats its first point.
     pub points: Vec<BoundaryPoint>,
 }
 
@@ -47,7 +47,7 @@ pub struct ContourLine {
     pub plane: usize,
     /// Constant value along the line.
     pub level: f64,
-    /// (first axis, second axis), in the keys' units.
+    /// Points (first axis, second axis) in the keys' units.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -58,8 +58,8 @@ pub struct Boundaries {
     pub planes: Vec<Vec<Setting>>,
     /// Curves in the order of the planes.
     pub curves: Vec<BoundaryCurve>,
-    /// For a brake: limit where steady sliding loses its stability only at standstill, c_t = -2 r F mu'(0) under the
-    /// largest force. For trains: change of stability of steady sliding under their drives.
+    /// For a brake: limit at which steady sliding loses its stability only at standstill, c_t = -2 r F mu'(0) under
+    /// the largest force. For other systems: change of stability of steady sliding under their drives.
     pub linear_limit: Vec<ContourLine>,
     /// Contours of the growth exponent G.
     pub growth: Vec<ContourLine>,

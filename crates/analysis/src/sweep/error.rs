@@ -15,7 +15,7 @@ pub enum SweepError {
     File(#[from] ResultError),
     #[error("{0}")]
     Storage(String),
-    /// Request that is impossible, found before any computation.
+    /// Impossible request, found before any computation.
     #[error("{0}")]
     Refused(String),
     /// The executor has no workers left, or one cannot compute the points.

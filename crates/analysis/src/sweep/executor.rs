@@ -1,7 +1,7 @@
-//! Points in other processes, which an executor starts anywhere.
+//! Points in other processes, which an executor can start anywhere.
 //!
-//! A task is a group of points. It carries the study as a text without files, so that a worker needs nothing but the
-//! program. Its outcomes come back as records of the journal, which stays here.
+//! A task is a group of points. It carries the study as a text without files, so a worker needs only the program. Its
+//! outcomes come back as records of the journal, which stays in this process.
 
 use super::axis::ParameterAxis;
 use super::error::{SweepEnd, SweepError};
@@ -20,7 +20,7 @@ use stickslip_case::{CaseError, CaseSource, Origin, Override, Words};
 
 /// Runs tasks in other processes, such as a `concurrent.futures.Executor` of Python.
 pub trait Executor: std::fmt::Debug + Send {
-    /// Submits a task, a call of [`evaluate`] with these texts, or says why the executor takes no tasks.
+    /// Submits a task: a call of [`evaluate`] with these texts. An error says why the executor takes no tasks.
     fn submit(&mut self, study: &str, points: &str) -> Result<(), String>;
 
     /// Result of the next finished task, in any order; `None` if none finishes within `wait`. Fails if a worker died.
@@ -30,13 +30,13 @@ pub trait Executor: std::fmt::Debug + Send {
     fn cancel(&mut self);
 }
 
-/// Computing time of a task, s: long enough that sending it costs little, short enough to share points evenly.
+/// Computing time of a task, s: long enough to make its transfer cheap, short enough to share points evenly.
 const TASK: f64 = 0.2;
-/// A task has at most this fraction (1/SHARE) of the remaining points, so that many workers end at about the same time.
+/// A task has at most 1/SHARE of the remaining points, so that many workers end at about the same time.
 const SHARE: usize = 64;
-/// Most submitted tasks: more than any executor has workers.
+/// Largest number of submitted tasks: more than any executor has workers.
 const MOST_TASKS: usize = 4096;
-/// Most tasks while the time of a point is unknown. After [`PATIENCE`] that time is long.
+/// Largest number of tasks while the time of a point is unknown. After [`PATIENCE`], that time is known to be long.
 const FIRST_TASKS: usize = 64;
 const PATIENCE: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(50);
@@ -75,7 +75,7 @@ fn run_tasks(
         };
         let mut failure = None;
         while tasks < most && !stop.load(Ordering::Relaxed) {
-            // One point while the time of a point is unknown.
+            // A single point while the time of a point is unknown.
             let within_time = (TASK * done as f64 / seconds) as usize;
             let left = points.size_hint().1.unwrap_or(0);
             let size = within_time.min(left / SHARE).max(1);
@@ -97,7 +97,7 @@ fn run_tasks(
         }
         let mut group = Vec::new();
         let mut wait = if failure.is_none() { PAUSE } else { Duration::ZERO };
-        // After a failure, all available results.
+        // After a failure, all available results are collected.
         for _ in 0..if failure.is_none() { GROUP } else { MOST_TASKS } {
             let result = match executor.finished(wait) {
                 Ok(Some(result)) => opened(&result).ok_or("a worker returned something that is no result".to_owned()),

@@ -18,8 +18,8 @@ use stickslip_files::{
 
 const LONGEST_COMMAND: usize = 32_768;
 
-/// Points of the largest study whose partial file has all of them. A larger one, less than a quarter of which is done, has a
-/// table of the points that are done: its cost follows them.
+/// Largest number of points for which a partial file lists all points. If a larger study is less than a quarter done,
+/// the partial file has a table of the finished points only, so its cost follows their number.
 const MOST_MISSING: u64 = 65_536;
 
 pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> SweepHeader {
@@ -49,7 +49,7 @@ fn meta(study: &Study) -> Vec<(String, AttributeValue)> {
     meta
 }
 
-/// Attribute of /meta with the command that runs a point; `None` if too long for an attribute (64 KiB).
+/// `None` if the command is too long for an attribute (64 KiB).
 pub(crate) fn command_attribute(study: &Study) -> Option<(String, AttributeValue)> {
     let command = study.point_command();
     (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), AttributeValue::Text(command)))

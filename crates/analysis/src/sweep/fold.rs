@@ -1,27 +1,27 @@
 //! Search along x for the fold of a boundary, its point of largest y.
 //!
 //! The lattice determines the fold to one of its cells. Columns through those cells are bisected, and the search
-//! continues between the neighbours of the highest.
+//! continues between the neighbours of the highest column.
 
 use super::error::SweepEnd;
 use super::tracer::{BoundaryCrossing, Tracer};
 
 const COLUMNS: usize = 8;
 
-/// Rounds; each shrinks the interval of x to two ninths.
+/// Each round shrinks the interval of x to two ninths.
 const ROUNDS: usize = 3;
 
 struct FoldSearch {
     line: usize,
     left: f64,
     right: f64,
-    /// Values of y where the criterion is met, and not met, along the whole interval.
+    /// Values of y at which the criterion is met, and not met, along the whole interval.
     met: f64,
     unmet: f64,
     found: Vec<BoundaryCrossing>,
 }
 
-/// Adds columns around the folds of lines; `cell` is the size of a cell of the finest lattice.
+/// Adds columns around the folds of lines. `cell` is the size of a cell of the finest lattice.
 pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<BoundaryCrossing>], cell: [f64; 2]) -> Result<(), SweepEnd> {
     let found = lines.iter().enumerate();
     let mut searches: Vec<FoldSearch> = found.filter_map(|(k, line)| search(k, line, cell)).collect();
@@ -55,7 +55,6 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<BoundaryCrossing>], c
     Ok(())
 }
 
-/// Search interval for the fold of a line; `None` without a fold.
 fn search(line: usize, points: &[BoundaryCrossing], cell: [f64; 2]) -> Option<FoldSearch> {
     let top = top_of(points)?;
     let [x, y] = points[top].middle();
@@ -73,7 +72,7 @@ fn search(line: usize, points: &[BoundaryCrossing], cell: [f64; 2]) -> Option<Fo
     })
 }
 
-/// Index of the largest y, if it is not an end of the line.
+/// `None` if the largest y is at an end of the line.
 fn top_of(points: &[BoundaryCrossing]) -> Option<usize> {
     let y = |k: usize| points[k].middle()[1];
     let top = (0..points.len()).max_by(|&a, &b| y(a).total_cmp(&y(b)))?;
@@ -81,7 +80,7 @@ fn top_of(points: &[BoundaryCrossing]) -> Option<usize> {
 }
 
 impl FoldSearch {
-    /// Adds new columns and narrows the interval to the neighbours of the highest.
+    /// Narrows the interval to the neighbours of the highest column.
     fn narrow(&mut self, mut columns: Vec<BoundaryCrossing>) {
         columns.sort_by(|a, b| a.met[0].total_cmp(&b.met[0]));
         let y = |column: &BoundaryCrossing| column.middle()[1];
@@ -97,7 +96,7 @@ impl FoldSearch {
             .flatten()
             .map(y)
             .fold(y(&columns[best]), f64::min);
-        // A line of one curvature exceeds the highest column by less than that exceeds its neighbours.
+        // A line with curvature of one sign exceeds the highest column by less than the column exceeds its neighbours.
         let rise = y(&columns[best]) - lowest;
         let slack = 4.0 * columns[best].width() + rise;
         if left.is_some() && right.is_some() {

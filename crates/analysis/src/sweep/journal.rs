@@ -1,7 +1,7 @@
 //! Journal of a sweep: outcomes in the order of completion.
 //!
 //! Records are appended and synced to the disk in groups, each with length and checksum. After a kill or a power cut
-//! the journal is valid up to the first torn record; the later points run again. The sweep file is made from the
+//! the journal is valid up to the first torn record, and the later points run again. The sweep file is made from the
 //! journal in the order of the points, so it does not depend on the order of completion.
 
 use super::quantities::PointOutcome;
@@ -63,13 +63,16 @@ pub struct Journal {
     path: PathBuf,
     file: File,
     end: u64,
-    /// Offset of each point's record; point numbers may have gaps.
+    /// Offset of each point's record. Point numbers may have gaps.
     offsets: BTreeMap<u64, u64>,
     buffer: Vec<u8>,
 }
 
 impl Journal {
-    /// Opens or creates the journal of a study. Fails if it is in use, refused by `existing`, or of another study.
+    /// Opens or creates the journal of a study.
+    ///
+    /// # Errors
+    /// The journal is in use, belongs to another study, or exists although `existing` refuses it.
     pub fn open(path: &Path, digest: &str, existing: Existing) -> Result<Journal, JournalError> {
         let failed = |action, error| JournalError::File(ResultError::io(path, action, error));
         let file = OpenOptions::new()
@@ -82,7 +85,7 @@ impl Journal {
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(JournalError::InUse { path: path.to_owned() }),
-            // Some network file systems have no locks: two sweeps into one file then go unnoticed.
+            // Some network file systems have no locks. Two sweeps into one file then remain unnoticed.
             Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),
         }
         let mut journal = Journal {
@@ -103,7 +106,7 @@ impl Journal {
             .read_to_end(&mut found)
             .map_err(|error| failed("reading the journal", error))?;
         let own = found.len() == header.len() && found.starts_with(MAGIC);
-        // A kill may precede a complete header.
+        // A kill may have come before a complete header.
         let torn = header.starts_with(&found)
             || (found.len() < header.len() && MAGIC.starts_with(&found[..found.len().min(8)]));
         match existing {
@@ -141,7 +144,6 @@ impl Journal {
         self.offsets.len() as u64
     }
 
-    /// Numbers of the recorded points, in order.
     pub(super) fn numbers(&self) -> impl Iterator<Item = u64> {
         self.offsets.keys().copied()
     }
@@ -151,7 +153,7 @@ impl Journal {
         self.offsets.contains_key(&number)
     }
 
-    /// Adds outcomes and returns when they are on the disk. After a failure earlier records stay valid.
+    /// Adds outcomes and returns when they are on the disk. After a failure, earlier records stay valid.
     pub fn append(&mut self, outcomes: &[PointOutcome]) -> Result<(), JournalError> {
         self.buffer.clear();
         let mut starts = Vec::with_capacity(outcomes.len());
@@ -171,7 +173,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Outcome of a point; `None` without a record. Fails if the record has changed.
+    /// Outcome of a point; `None` without a record. Fails if the record has been altered.
     pub fn read(&mut self, number: u64) -> Result<Option<PointOutcome>, JournalError> {
         let Some(&offset) = self.offsets.get(&number) else {
             return Ok(None);
@@ -202,12 +204,11 @@ impl Journal {
         self.file.write_all(header)?;
         self.file.sync_all()?;
         self.end = header.len() as u64;
-        // Also syncs the folder's entry, on systems that can.
+        // Also syncs the folder's entry on systems that can.
         let _ = File::open(stickslip_files::folder_of(&self.path)).and_then(|folder| folder.sync_all());
         Ok(())
     }
 
-    /// Finds the records, up to the first torn one.
     fn scan(&mut self, length: u64) -> io::Result<()> {
         let mut reader = BufReader::with_capacity(1 << 16, self.file.try_clone()?);
         reader.seek(SeekFrom::Start(self.end))?;

@@ -1,4 +1,4 @@
-//! Grid of the unit square with local halving of cells where a condition changes, and the lines of change.
+//! Grid of the unit square. Cells in which a condition changes are halved locally and give the lines of change.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +15,6 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Edges of the cell with this lower corner, on the finest grid: below, right, above, left.
     pub(super) fn around((i, j): LatticeNode) -> [Edge; 4] {
         [((i, j), true), ((i + 1, j), false), ((i, j + 1), true), ((i, j), false)]
             .map(|(node, along_x)| Edge { node, along_x })
@@ -59,7 +58,7 @@ impl Lattice {
         }
     }
 
-    /// Position of a node in the unit square.
+    /// Position of a node, as fractions of the unit square.
     pub fn share(&self, node: LatticeNode) -> [f64; 2] {
         [
             f64::from(node.0) / f64::from(self.size[0]),
@@ -67,7 +66,7 @@ impl Lattice {
         ]
     }
 
-    /// Unknown nodes of the current cells.
+    /// Nodes of the current cells at which the condition is unknown.
     pub fn unknown(&self) -> Vec<LatticeNode> {
         let nodes: BTreeSet<LatticeNode> = self.cells.iter().flat_map(|&cell| corners(cell, self.step)).collect();
         nodes.into_iter().filter(|node| !self.met.contains_key(node)).collect()
@@ -87,8 +86,8 @@ impl Lattice {
         known.iter().any(|&met| met != known[0])
     }
 
-    /// Halves the cells of change and their neighbours, into which a change may extend, and drops the others; `false`
-    /// at the finest.
+    /// Halves the cells of change and their neighbours, into which a change may extend, and drops the others. Returns
+    /// `false` on the finest grid.
     pub fn refine(&mut self) -> bool {
         if self.step == 1 {
             return false;
@@ -118,7 +117,7 @@ impl Lattice {
             let crossed: Vec<Edge> = edges.into_iter().filter(crosses).collect();
             match crossed[..] {
                 [a, b] => links.push([a, b]),
-                // Two opposite corners meet the condition: treated as separate regions.
+                // Two opposite corners meet the condition. They are treated as separate regions.
                 [..] if crossed.len() == 4 => {
                     let pairs = if self.is_met(cell) {
                         [[bottom, left], [right, top]]
@@ -134,7 +133,7 @@ impl Lattice {
     }
 }
 
-/// Joins links to lines: open ones from end to end first, then closed ones, which repeat their first edge.
+/// Joins links to lines: first open lines from end to end, then closed lines, which repeat their first edge.
 pub(super) fn join<E: Copy + Ord>(links: &[[E; 2]]) -> Vec<Vec<E>> {
     let mut neighbours: BTreeMap<E, Vec<E>> = BTreeMap::new();
     for &[a, b] in links {

@@ -1,4 +1,4 @@
-//! Linear limit of a plane: loss of stability of steady sliding.
+//! Linear limit of a plane: the loss of stability of steady sliding.
 
 use super::axis::AxisRange;
 use super::criterion::BoundarySpec;
@@ -12,11 +12,11 @@ use stickslip_system::model::system::{Pressing, System};
 
 const LIMIT_POINTS: usize = 61;
 
-/// Bisections of the range of x: to the rounding of a double.
+/// Bisections of the range of x, down to the rounding of a double.
 const LIMIT_HALVINGS: usize = 50;
 
-/// Zeros of the margin of steady sliding at even values of y: every change of sign on the first grid, in order of x.
-/// Sliding that slows down by itself uses its least margin, under the largest force.
+/// Zeros of the margin of steady sliding at equally spaced values of y: every change of sign on the first grid, in
+/// order of x. For sliding that slows down by itself, the margin is its least value under the largest force.
 pub(super) fn linear_limit(
     study: &Study,
     spec: &BoundarySpec,
@@ -51,7 +51,7 @@ pub(super) fn linear_limit(
     points
 }
 
-/// End of a condition that holds at `low` and not at `high`; `None` if it is unknown in between.
+/// End of a condition that holds at `low` but not at `high`; `None` if it is unknown in between.
 fn change(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     for _ in 0..LIMIT_HALVINGS {
         let middle = 0.5 * (low + high);
@@ -63,7 +63,7 @@ fn change(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> O
     Some(0.5 * (low + high))
 }
 
-/// Least 2 (R + r F mu') over speed, N m s/rad, under the largest force F.
+/// Least 2 (R + r F mu') over all speeds, N m s/rad, under the largest force F.
 fn least_margin(system: &System, twice_resistance: f64) -> f64 {
     let force = match &system.pressing {
         Pressing::Axial { actuation, .. } => actuation.pieces().largest(),

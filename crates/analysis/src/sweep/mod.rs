@@ -1,10 +1,10 @@
 //! Sweeps: a study varies the keys of a case, and a sweep runs its points.
 //!
-//! A [`Study`] is a TOML file with a base case, [`ParameterAxis`]es over its keys, and the choice of points: a grid, a sample, a
-//! table, or the trace of a boundary. Points are numbered; the outcome of a point depends on the study alone. Threads
-//! of this process ([`run_points`]) or an [`Executor`] compute them. The [`Journal`] keeps every outcome, and the sweep
-//! file (`stickslip_files::SweepWriter`) is made from it in the order of the numbers. A [`Shard`] is a part of the
-//! points with its own file.
+//! A [`Study`] is a TOML file with a base case, [`ParameterAxis`]es over its keys, and the choice of points: a grid, a sample,
+//! a table, or the trace of a boundary. Points are numbered, and the outcome of a point depends only on the study.
+//! Threads of this process ([`run_points`]) or an [`Executor`] compute them. The [`Journal`] keeps every outcome. The
+//! sweep file (`stickslip_files::SweepWriter`) is made from the journal in the order of the numbers. A [`Shard`] is a
+//! part of the points with its own file.
 //!
 //! | module | what it is |
 //! |---|---|

@@ -7,10 +7,10 @@ use stickslip_system::record::EventKind;
 /// Bytes of length and checksum before each record.
 const FRAME: usize = 8;
 
-/// Longest valid record: a run of 100,000 events takes 3 MB.
+/// Length of the longest valid record: a run of 100,000 events takes 3 MB.
 const LONGEST_RECORD: u32 = 1 << 30;
 
-/// Outcome and length of the next record within `room` bytes; `None` if it is torn or has changed.
+/// Outcome and length of the next record within `room` bytes; `None` if the record is torn or altered.
 pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Option<(PointOutcome, u64)>> {
     let mut frame = [0u8; FRAME];
     if room < FRAME as u64 {
@@ -28,7 +28,7 @@ pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Optio
     Ok(outcome.and_then(|record| Some((decode(&record)?, length))))
 }
 
-/// Appends a framed record: number; count and values, or length and text of an error; events.
+/// Appends a framed record: number, then count and values (or length and text of an error), then events.
 pub(super) fn encode(outcome: &PointOutcome, bytes: &mut Vec<u8>) {
     let start = bytes.len();
     bytes.extend_from_slice(&[0; FRAME]);
@@ -60,7 +60,7 @@ pub(super) fn encode(outcome: &PointOutcome, bytes: &mut Vec<u8>) {
     frame[4..].copy_from_slice(&crc32fast::hash(record).to_le_bytes());
 }
 
-/// Outcomes of consecutive records; `None` if one is torn or has changed.
+/// Outcomes of consecutive records; `None` if one is torn or altered.
 pub(super) fn outcomes_of(mut bytes: &[u8]) -> Option<Vec<PointOutcome>> {
     let mut outcomes = Vec::new();
     while !bytes.is_empty() {
@@ -99,7 +99,7 @@ fn decode(record: &[u8]) -> Option<PointOutcome> {
     let result = match cursor.byte()? {
         0 => {
             let count = usize::try_from(cursor.whole()?).ok()?;
-            // Each value takes eight bytes.
+            // Each value takes eight bytes, which bounds the count.
             if count > cursor.0.len() / 8 {
                 return None;
             }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub struct SweepProgress {
     /// Finished points, including those of an earlier start.
     pub done: u64,
-    /// Points of the study, or the number known so far.
+    /// Number of points of the study, or the number known so far.
     pub total: u64,
     /// Whether there may be more than [`Self::total`].
     pub open: bool,
@@ -25,13 +25,13 @@ pub struct SweepReport {
     pub interrupted: bool,
     /// Finished points in the file.
     pub points: u64,
-    /// Points of this start.
+    /// Points that this start has run.
     pub run_now: u64,
-    /// Failed points and reasons; only the first if there are many.
+    /// Failed points and reasons. If there are many, only the first ones.
     pub failures: Vec<(u64, String)>,
     /// Points whose run failed.
     pub failed: u64,
-    /// Points without a lasting stick (trains: without a lasting motion); `None` if the sweep was already complete.
+    /// Points without a lasting stick, or without a lasting motion; `None` if the sweep was already complete.
     pub unfinished: Option<u64>,
     /// Boundaries, in a boundary study.
     pub boundaries: Option<Boundaries>,

@@ -1,4 +1,4 @@
-//! Sweep of a study into its file: remaining points run, then the journal becomes the sweep file.
+//! Sweep of a study into a file: the remaining points run, then the journal becomes the sweep file.
 
 use super::boundary::trace;
 use super::earlier::already_there;
@@ -22,9 +22,9 @@ use stickslip_files::{Overwrite, Reason, check_target};
 
 /// Builder of a sweep; [`Sweep::start`] runs the study into its file.
 ///
-/// Every outcome first goes to the journal beside the file. The file is made from it after the last point or an
-/// interruption; a complete file replaces the journal. On one kind of machine and with one program version, the same
-/// study gives the same bytes for any number of threads, processes and interruptions.
+/// Every outcome first goes to the journal next to the file. The file is made from the journal after the last point or
+/// after an interruption. A complete file replaces the journal. On one kind of machine and with one program version,
+/// the same study gives the same bytes for any number of threads, processes and interruptions.
 ///
 /// ```
 /// use stickslip_analysis::Sweep;
@@ -54,7 +54,7 @@ pub struct Sweep<'a> {
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Sweep<'a> {
-    /// Sweep of a study on all processors. By default the file may only replace results of this program.
+    /// Sweep of a study on all processors. By default, the file may only replace results of this program.
     pub fn new(study: &'a Study, path: &'a Path) -> Self {
         Sweep {
             study,
@@ -69,7 +69,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Files that may be replaced.
+    /// Sets which files may be replaced.
     pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
         self.overwrite = overwrite;
         self
@@ -81,19 +81,19 @@ impl<'a> Sweep<'a> {
         self
     }
 
-    /// Runs only a part of the points, into a shard's file.
+    /// Runs only a part of the points, into the file of a shard.
     pub fn shard(mut self, shard: Option<Shard>) -> Self {
         self.shard = shard;
         self
     }
 
-    /// Number of threads.
+    /// Sets the number of threads.
     pub fn workers(mut self, workers: usize) -> Self {
         self.workers = workers;
         self
     }
 
-    /// Flag that ends the sweep in good order.
+    /// Sets a flag that ends the sweep cleanly.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = stop;
         self
@@ -105,14 +105,16 @@ impl<'a> Sweep<'a> {
         self
     }
 
-    /// Callback for the progress of the sweep.
+    /// Sets a callback for the progress of the sweep.
     pub fn progress(mut self, progress: impl FnMut(SweepProgress) + 'a) -> Self {
         self.progress = Box::new(progress);
         self
     }
 
-    /// Runs the points into the file. Fails on a protected file or journal, or if disk or executor fail; failed runs
-    /// are part of the result.
+    /// Runs the points into the file. Failed runs are part of the result.
+    ///
+    /// # Errors
+    /// The file or the journal is protected, or the disk or the executor fails.
     pub fn start(mut self) -> Result<SweepReport, SweepError> {
         let folder = folder_of_runs(self.path);
         if self.study.keep.trajectory && folder == self.path {

@@ -12,7 +12,7 @@ use stickslip_engine::simulation::{Progress, RunFailure, RunReport};
 use stickslip_engine::workers::on_threads;
 use stickslip_system::record::NoRecorder;
 
-/// Integration of one case of a sweep, without a file or into its own.
+/// Integration of one case of a sweep, without a file or into the case's own file.
 pub type Integrate<'a> =
     dyn Fn(u64, &Case, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Integrated, IntegrateError> + Sync + 'a;
 
@@ -69,13 +69,13 @@ pub enum Stopped<E> {
 
 const WAITING: usize = 256;
 
-/// Time over which outcomes are grouped to share the cost of a disk sync.
+/// Time during which outcomes are grouped to share the cost of a disk sync.
 const GATHERING: Duration = Duration::from_millis(20);
 
 /// Runs `points` on `workers` threads and passes their outcomes to `deliver`, in groups and in the order of completion.
 ///
-/// The outcome of a point depends on the study and its coordinates alone. After `stop` or an error, which is returned,
-/// current points are abandoned.
+/// The outcome of a point depends only on the study and the point's coordinates. After `stop` or an error, which is
+/// returned, current points are abandoned.
 pub fn run_points<E>(
     study: &Study,
     points: impl Iterator<Item = StudyPoint> + Send,
@@ -101,7 +101,7 @@ pub fn run_points<E>(
                     Ok(outcome) => group.push(outcome),
                     Err(message) => error = error.take().or(Some(Stopped::Storage(message))),
                 }
-                // Half of the waiting outcomes leave room for the others.
+                // The other half of the capacity stays free for new outcomes.
                 if group.len() < WAITING / 2 {
                     next = receiver.recv_timeout(GATHERING.saturating_sub(gathered.elapsed())).ok();
                 }
@@ -125,7 +125,7 @@ pub fn run_points<E>(
     }
 }
 
-/// Runs one point; `None` if abandoned. Only its storage can fail; a failed run is an outcome.
+/// Runs one point; `None` if abandoned. Only its storage can fail. A failed run is an outcome.
 pub fn run_point(
     study: &Study,
     point: &StudyPoint,
@@ -150,7 +150,7 @@ pub fn run_point(
             ControlFlow::Continue(())
         }
     };
-    // A defect in one run must not stop the others.
+    // A defect in one run must not stop the other runs.
     let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, &mut control)));
     match result {
         Ok(Ok(Integrated { values: None, .. })) => Ok(None),
@@ -171,7 +171,7 @@ pub fn run_point(
     }
 }
 
-/// Problems of a point in one line, without their places, which belong to the study.
+/// Problems of a point in one line, without their places, which are places in the study.
 fn in_words(error: &CaseError) -> String {
     let problems = error
         .problems

@@ -14,7 +14,7 @@ use stickslip_files::ShardPlan;
 
 pub(super) struct RunningPoints<'a> {
     study: &'a Study,
-    /// Points of a traced boundary; otherwise the study has them.
+    /// Points of a traced boundary. The study itself has all other points.
     pub(super) asked: Vec<Vec<Setting>>,
 }
 
@@ -51,7 +51,7 @@ impl Running<'_> {
     /// Runs the points below `count`, or of a shard, that are not in the journal.
     pub(super) fn run_numbers(&mut self, count: u64, part: Option<&ShardPlan>) -> Result<(), SweepEnd> {
         let study = self.study;
-        // Determined before the journal is lent to the writer of outcomes.
+        // Determined before the writer of outcomes borrows the journal.
         let held: HashSet<u64> = self.journal.numbers().collect();
         let total = part.map_or(count, |part| part.points() as u64);
         let points = (0..count)
@@ -60,7 +60,7 @@ impl Running<'_> {
         self.run(points, total, false)
     }
 
-    /// Runs a round of points after the first `start`, and returns all their outcomes in order.
+    /// Runs a round of points numbered from `start`, and returns all their outcomes in order.
     pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<PointOutcome>, SweepEnd> {
         let numbered = |k: usize| start + k as u64;
         let held: Vec<bool> = (0..coordinates.len())

@@ -10,28 +10,28 @@ use stickslip_system::quote::quoted;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SampleMethod {
-    /// One random point in each of `count` layers of every axis, with randomly paired layers.
+    /// One random point in each of `count` layers of every axis; the layers of different axes are paired at random.
     LatinHypercube,
     /// Sobol sequence with Owen's scrambling.
     Sobol,
 }
 
-/// Most points and axes of the Sobol generator.
+/// Largest number of points and of axes of the Sobol generator.
 pub(super) const MOST_SOBOL_POINTS: u64 = 1 << 16;
 pub(super) const MOST_SOBOL_AXES: usize = 256;
 
-/// Most memory for the points of a sample or a table, bytes.
+/// Largest memory for the points of a sample or a table, bytes.
 const MEMORY: u64 = 512 << 20;
 
-/// Most points with this number of axes, if less than `count`.
+/// Largest possible number of points with these axes, if it is less than `count`.
 pub(super) fn too_many(axes: usize, count: u64) -> Option<u64> {
-    // A row of settings and, during sampling, a row of shares, each with its own allocation.
+    // A row of settings and, during sampling, a row of fractions, each with its own allocation.
     let row = 96 + axes as u64 * (size_of::<Setting>() + size_of::<f64>()) as u64;
     let most = MEMORY / row;
     (count > most).then_some(most)
 }
 
-/// Sample of the axes: `count` rows with one value for each axis, reproducible from the seed on all machines.
+/// Sample of the axes: `count` rows with one value for each axis. The seed reproduces it on every machine.
 pub(super) fn draw(axes: &[ParameterAxis], method: SampleMethod, count: usize, seed: u32) -> Vec<Vec<Setting>> {
     let shares = match method {
         SampleMethod::LatinHypercube => latin_hypercube(axes.len(), count, seed),
@@ -64,7 +64,7 @@ fn latin_hypercube(axes: usize, count: usize, seed: u32) -> Vec<Vec<f64>> {
     rows
 }
 
-/// Whole number below `bound`, from the high half of a product: its bias, bound/2^64, is negligible in any sample.
+/// Whole number below `bound`, from the high half of a product. Its bias, bound/2^64, is negligible in any sample.
 fn below(random: &mut impl Rng, bound: u64) -> u64 {
     ((u128::from(random.next_u64()) * u128::from(bound)) >> 64) as u64
 }
@@ -73,7 +73,7 @@ fn unit(random: &mut impl Rng) -> f64 {
     (random.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
-/// Axes and rows of a CSV file whose first line has `known` keys; the error tells problem and line.
+/// Axes and rows of a CSV file whose first line has `known` keys. The error gives the problem and its line.
 pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<ParameterAxis>, Vec<Vec<Setting>>), String> {
     let file = path.display();
     let unreadable = |error: &std::io::Error| {
@@ -109,7 +109,7 @@ pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<Parameter
     for (column, name) in table.headers().map_err(bad)?.iter().enumerate() {
         let name = name.trim_start_matches('\u{feff}').replace('[', ".").replace(']', "");
         let Some(key) = known.slot(&name) else {
-            // Only numbers and words are quoted: the file may be private data instead of a table.
+            // Only numbers and words are quoted: the file may contain private data instead of a table.
             let what = match known.suggestion(&name) {
                 Some(close) => format!("a case has no key {} (did you mean {close}?)", quoted(&name)),
                 None if is_word(&name) => format!("a case has no key {}", quoted(&name)),
@@ -156,7 +156,7 @@ pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<Parameter
     Ok((axes, rows))
 }
 
-/// Whether a text may be a column name and is unlikely to be secret: a few letters.
+/// Whether a text may be a column name, and is unlikely to be secret because it has few letters.
 fn is_word(name: &str) -> bool {
     const LONGEST: usize = 24;
     name.len() <= LONGEST && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c == '.')

@@ -1,4 +1,4 @@
-//! Shard: one of several parts of a study, for machines that share only the study.
+//! Shard: one of several parts of a study. The machines that run the parts share only the study.
 
 use super::error::SweepError;
 use super::study::{Design, Study};
@@ -13,7 +13,7 @@ pub struct Shard {
     count: usize,
 }
 
-/// Most shards; more are a mistake: Slurm's arrays end at 4,000,001.
+/// Largest number of shards; more are a mistake. Slurm's arrays end at 4,000,001.
 const MOST_SHARDS: usize = 10_000_000;
 
 impl Shard {
@@ -22,8 +22,10 @@ impl Shard {
         ((1..=count).contains(&index) && count <= MOST_SHARDS).then_some(Shard { index, count })
     }
 
-    /// Reads `K/N`, or `slurm` for a task of a job array, with K and N from Slurm's variables: K is the position in the
-    /// array. Else the error tells the expected form.
+    /// Reads `K/N`, or `slurm` for a task of a job array: K is the position in the array, N its size.
+    ///
+    /// # Errors
+    /// The text has another form; the error gives the expected one.
     pub fn parse(text: &str, variable: &dyn Fn(&str) -> Option<String>) -> Result<Self, String> {
         if text == "slurm" {
             return Self::of_slurm(variable);
@@ -67,7 +69,7 @@ impl Shard {
         let (first, last) = (needed("SLURM_ARRAY_TASK_MIN")?, needed("SLURM_ARRAY_TASK_MAX")?);
         let count = needed("SLURM_ARRAY_TASK_COUNT")?;
         let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
-        // An array of selected numbers, such as failed tasks of another, does not determine the shards.
+        // An array of selected numbers, such as the failed tasks of another array, does not determine the shards.
         let even = last.checked_sub(first).is_some_and(|range| range / step + 1 == count);
         let place = task.checked_sub(first).filter(|place| even && place % step == 0);
         place
@@ -98,7 +100,7 @@ const BOUNDARY: &str = "the study traces a boundary: which points it needs depen
                         into shards; sweep it as one job on many threads (-j), on many machines by an executor of Python, or as \
                         one study for each value of its other axes";
 
-/// Points of one shard; an error if the study has none, or too few points.
+/// Fails if the study has no numbered points, or fewer points than shards.
 pub(super) fn plan(study: &Study, shard: Shard) -> Result<ShardPlan, SweepError> {
     let points = study.point_count();
     let points = points.ok_or_else(|| SweepError::Refused(BOUNDARY.to_owned()))?;

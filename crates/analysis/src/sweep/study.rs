@@ -1,4 +1,4 @@
-//! Study file of a sweep: base case, axes over its keys, and requested results.
+//! Study file of a sweep: base case, axes over keys of the case, and requested results.
 
 use super::axis::{self, ParameterAxis};
 use super::criterion::{BoundarySpec, read_boundary};
@@ -31,8 +31,8 @@ pub enum Design {
     Boundary(BoundarySpec),
 }
 
-/// Default `solver.rtol` of points by `cvode`, `arkode` or `series`: all events of a critical curve are within 1e-8 s
-/// (`series`: 1e-10 s) in half the time. The other methods need their usual tolerance for that.
+/// Default `solver.rtol` of points by `cvode`, `arkode` or `series`. It halves the time and keeps all events of a
+/// critical curve within 1e-8 s (`series`: 1e-10 s). The other methods need their usual tolerance for that.
 pub const STUDY_RTOL: f64 = 1e-8;
 
 fn has_study_tolerance(method: Method) -> bool {
@@ -57,7 +57,7 @@ pub struct Study {
     pub source: StudySource,
     /// Text of the base case.
     pub base: CaseSource,
-    /// Names of its system's parts.
+    /// Names of the parts of its system.
     pub words: Words,
     /// Settings of the study in the base case.
     pub settings: Vec<Override>,
@@ -67,7 +67,7 @@ pub struct Study {
     pub design: Design,
     /// Stored results of each run.
     pub keep: Keep,
-    /// Names of the quantities in figures, by default.
+    /// Names of the quantities that figures show by default.
     pub show: Vec<String>,
     /// Input files, which must not be overwritten.
     pub files: Vec<PathBuf>,
@@ -87,10 +87,10 @@ pub struct StudyPoint {
 /// Key of the time limit, which does not affect results.
 pub(crate) const WALL_TIME: &str = "solver.max_wall_time";
 
-/// Most points; more are a mistake: years of computing.
+/// Largest number of points; more are a mistake: years of computing.
 const MOST_POINTS: u64 = 1_000_000_000;
 
-/// Most values on all axes together; more are a mistake.
+/// Largest number of values on all axes together; more are a mistake.
 const MOST_LEVELS: usize = 4_000_000;
 
 const STUDY_KEYS: &[&str] = &[
@@ -98,7 +98,7 @@ const STUDY_KEYS: &[&str] = &[
 ];
 
 impl Study {
-    /// Reads a study, or reports all problems. `overrides` apply to the base case after the study's own settings.
+    /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
@@ -153,11 +153,11 @@ impl Study {
         })
     }
 
-    /// Study whose points are requested one by one in the ranges of the axes; `None` without a base case.
+    /// Study whose points are requested one by one within the ranges of the axes; `None` without a base case.
     pub(crate) fn of_ranges(head: Head, source: StudySource, axes: Vec<ParameterAxis>) -> Option<Study> {
         let study = Study::new(head, source, axes, Design::Rows(Vec::new()))?;
         Some(Study {
-            // A search needs runs that vary smoothly with the parameters, so the case's own tolerance.
+            // A search needs runs that vary smoothly with the parameters, so the case's own tolerance applies.
             gives_tolerance: true,
             ..study
         })
@@ -168,7 +168,7 @@ impl Study {
         (!self.gives_tolerance).then_some(STUDY_RTOL)
     }
 
-    /// Whether sliding slows down by itself in the first case, with its loss of stability watched.
+    /// Whether sliding slows down by itself in the first case, so that its loss of stability is watched.
     pub fn slows_down(&self) -> bool {
         let first: Option<Vec<Setting>> = self.axes.iter().map(|axis| axis.levels.first().cloned()).collect();
         let case = match first {
@@ -197,7 +197,7 @@ impl Study {
         }
     }
 
-    /// Point of a number below [`Self::point_count`]; `None` beyond, and in a boundary study.
+    /// Point with a number below [`Self::point_count`]; `None` beyond, and in a boundary study.
     pub fn point(&self, number: u64) -> Option<StudyPoint> {
         if number >= self.point_count()? {
             return None;
@@ -220,7 +220,10 @@ impl Study {
         Some(StudyPoint { number, coordinates })
     }
 
-    /// Case at one value for each axis, if valid.
+    /// Case at one value for each axis.
+    ///
+    /// # Errors
+    /// The values are invalid.
     pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
         let mut case = self.case_with_output(coordinates)?;
         let solver = &mut case.solver;
@@ -233,7 +236,7 @@ impl Study {
         Ok(case)
     }
 
-    /// Case at one value for each axis, with its own tolerance and output.
+    /// Keeps the case's own tolerance and output.
     pub(crate) fn case_with_output(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
         let mut overrides = self.settings.clone();
         for (axis, value) in self.axes.iter().zip(coordinates) {
@@ -242,10 +245,10 @@ impl Study {
         Case::read(&self.base, &overrides)
     }
 
-    /// Command that runs a single point, without the values on the axes: `--set KEY=VALUE` for each of their keys
+    /// Command that runs a single point, without the values on the axes. `--set KEY=VALUE` for each key of the axes
     /// completes it. A base case in a file is named relative to the study's folder.
     ///
-    /// The time limit is left out; so is the tolerance if the method is an axis.
+    /// The time limit is left out. The tolerance is left out, too, if the method is an axis.
     pub fn point_command(&self) -> String {
         let mut arguments = vec![self.source.named(&self.base)];
         let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
@@ -260,8 +263,8 @@ impl Study {
         format!("stickslip run {}", arguments.join(" "))
     }
 
-    /// Hash of all that determines the results, with the program version, without title and layout: 64 hexadecimal
-    /// digits.
+    /// Hash of everything that determines the results, with the program version. Title and layout do not count. 64
+    /// hexadecimal digits.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         let mut add = |part: &str| {
@@ -271,7 +274,7 @@ impl Study {
         add("stickslip sweep 2");
         add(env!("CARGO_PKG_VERSION"));
         add(&self.base.text);
-        // The time limit does not count: a study can resume with another budget.
+        // The time limit does not count: a study can resume with another limit.
         let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
         add(&format!("{:?}", settings.collect::<Vec<_>>()));
         add(&format!("{STUDY_RTOL}"));
@@ -363,7 +366,7 @@ fn read_design(
         return Some(Design::Rows(rows));
     }
     if axes.is_empty() {
-        // Unreadable axes have been reported.
+        // Unreadable axes have already been reported.
         let is_none = |node: &PlacedValue| matches!(&node.value, CaseValue::Array(list) if list.is_empty());
         if root.at("axis").is_none_or(is_none) {
             let message =

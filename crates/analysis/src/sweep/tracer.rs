@@ -10,7 +10,7 @@ use stickslip_case::Setting;
 #[derive(Debug, Clone)]
 pub(super) struct BoundaryCrossing {
     pub(super) plane: usize,
-    /// Positions in shares of the plane: criterion met, and not met.
+    /// Positions as fractions of the plane, with the criterion met and not met.
     pub(super) met: [f64; 2],
     pub(super) unmet: [f64; 2],
     /// Whether the run at [`Self::unmet`] failed, so that the change of the criterion is uncertain.
@@ -72,7 +72,7 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Intervals whose ends are on the expected sides of the criterion.
+    /// Keeps the intervals whose ends are on the expected sides of the criterion.
     pub(super) fn confirmed<T>(
         &mut self,
         stretches: Vec<(T, BoundaryCrossing)>,

@@ -3,16 +3,17 @@
 use super::RunError;
 use std::collections::VecDeque;
 
-/// Steps and restarts in a row that may leave the time unchanged (within its rounding at the end).
+/// Largest number of successive steps and restarts that leave the time unchanged (within its rounding at the end).
 const STANDSTILL: u32 = 10_000;
 
-/// Steps (and restarts) over which the pace of a run is measured.
+/// Steps and restarts over which the pace of a run is measured.
 pub(super) const STRIDE: u32 = 100_000;
 
-/// Steps that one fruitless search of a closed-form stretch counts as.
+/// Steps that a search of a closed-form segment without result counts as.
 const SEARCH: u32 = 5000;
 
-/// Larger bound on the steps with restarts: a run of many short segments may become faster later.
+/// Bound on the steps of a run with restarts. It is larger, because a run of many short segments may become faster
+/// later.
 const MOST_RESTARTS: f64 = 1e10;
 
 /// Limits that end a run without progress.
@@ -36,7 +37,7 @@ pub(super) struct StepBudget {
     steps: u64,
     came_to: f64,
     idle: u32,
-    /// Start of the present stride, steps and restarts in it, and whether a new segment has begun since.
+    /// Start of the present stride (s), steps and restarts in it, and whether a new segment has begun since.
     from: f64,
     taken: u32,
     restarted: bool,
@@ -64,7 +65,6 @@ impl StepBudget {
         }
     }
 
-    /// Counts a transition. [`Limits::chatter_count`] transitions within `window` (s) are chattering.
     pub(super) fn transition(&mut self, place: BudgetPlace<'_>, window: f64, guard: &str) -> Result<(), RunError> {
         self.transitions += 1;
         if self.transitions > self.limits.max_events {

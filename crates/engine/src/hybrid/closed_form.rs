@@ -14,7 +14,7 @@ pub enum ClosedEnd {
         /// Index of the guard.
         index: usize,
     },
-    /// No guard fires up to here; later times are not searched yet.
+    /// No guard fires up to here; later times have not been searched.
     Unknown {
         /// Time since the segment's start, s.
         after: f64,

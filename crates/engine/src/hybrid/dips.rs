@@ -7,15 +7,15 @@ use super::last_step::LastStep;
 use super::{ChosenSolver, Direction, Dynamics, SolverKind};
 use crate::sundials::{Multistep, SolverError};
 
-/// Share of a step over which a guard's rate is taken: far below any resolved time scale, far above rounding.
+/// Share of a step over which a guard's rate is a difference: far below any resolved time scale, far above rounding.
 const AHEAD: f64 = 1e-6;
 
-/// A guard that is not convex over the whole step falls below its tangents by less than this share of its fall from the
-/// larger end value to the tangents' intersection.
+/// Allowance for a guard that is not convex over the whole step: it falls below its tangents by less than this share
+/// of its fall from the larger end value to the tangents' intersection.
 const CONVEXITY: f64 = 0.25;
 
-/// A guard within this multiple of the relative tolerance (times its largest value in the segment) may have reached its
-/// boundary: the errors of some hundred steps add up.
+/// A guard within this multiple of the relative tolerance (times its largest value in the segment) may have reached
+/// its boundary, because the errors of some hundred steps add up.
 const NEAR: f64 = 100.0;
 
 /// [`NEAR`] for BDF, whose errors are larger and have the same sign from step to step.
@@ -32,15 +32,14 @@ struct DipReadings {
 }
 
 pub(super) struct Dips {
-    /// +1 or -1, so that the allowed side is positive; 0 for a guard without one.
+    /// +1 or -1, which makes the allowed side positive; 0 for a guard that fires in both directions.
     signs: Vec<f64>,
     before: DipReadings,
     after: DipReadings,
     inside: DipReadings,
     largest: Vec<f64>,
-    /// Share of `largest` that cannot be told from the boundary.
+    /// Share of `largest` within which a value cannot be distinguished from the boundary.
     near: f64,
-    /// Last dip that came as near as this and turned.
     grazed: Option<Dip>,
     slope: Vec<f64>,
     moved: Vec<f64>,
@@ -92,7 +91,6 @@ impl Dips {
         }
     }
 
-    /// The first dip in the step from `last_step` to `tau`, with state `y`, that reaches the other side.
     pub(super) fn in_step<D: Dynamics>(
         &mut self,
         of: &Of<'_, D>,
@@ -106,7 +104,7 @@ impl Dips {
         let first = last_step.start == 0.0;
         let length = tau - last_step.start;
         if first {
-            // A guard may stand on its boundary at the segment's start, and then leaves it.
+            // At the segment's start a guard may be on its boundary, which it then leaves.
             let mut before = std::mem::take(&mut self.before);
             self.read(of, (0.0, &last_step.start_state), length, &mut before);
             self.before = before;
@@ -162,7 +160,6 @@ impl Dips {
         }
     }
 
-    /// A time within the step at which the guard is beyond its boundary.
     fn other_side<D: Dynamics>(
         &mut self,
         of: &Of<'_, D>,

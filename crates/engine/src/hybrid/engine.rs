@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// A segment to be advanced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EngineSegment<'a, L> {
-    /// Constant within the segment.
+    /// Location, constant within the segment.
     pub location: L,
     /// Start time, s.
     pub start: f64,
@@ -81,8 +81,8 @@ pub enum EngineError {
     Missing,
 }
 
-/// Integrates segments of a hybrid system, one after the other, and locates their guards. Times are on the segment's
-/// clock, which starts at zero.
+/// Integrates segments of a hybrid system, one after the other, and locates their guards. Times (s) are on the
+/// segment's clock, which starts at zero.
 pub trait Engine<L>: Send {
     /// Begins a segment. Fails if the solver refuses its settings or the state.
     fn begin(&mut self, segment: &EngineSegment<'_, L>, chosen: &ChosenSolver) -> Result<(), EngineError>;
@@ -96,16 +96,16 @@ pub trait Engine<L>: Send {
     /// Present state.
     fn state(&self) -> &[f64];
 
-    /// The state at `tau` (s) within the last step. Fails if this needs another step, which fails.
+    /// Writes the state at `tau` (s) within the last step. Fails if this needs another step, and that step fails.
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError>;
 
-    /// Whether the last step followed the slow motion alone, without any fast mode, stable or not.
+    /// Whether the last step followed the slow motion alone, without any fast mode, whether stable or unstable.
     fn is_slow(&self) -> bool {
         false
     }
 
-    /// Time (s) and index of a guard that in the last step came as near to its boundary as the engine can tell and
-    /// turned, or had just left it.
+    /// Time (s) and index of a guard with a near miss in the last step: it came as near to its boundary as the engine
+    /// can tell and turned, or had just left it.
     fn grazed(&mut self) -> Option<(f64, usize)> {
         None
     }

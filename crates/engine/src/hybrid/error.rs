@@ -3,7 +3,7 @@
 use super::budget::STRIDE;
 use super::{EngineError, ObserverError};
 
-/// Reason for which a run failed.
+/// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum RunError {
@@ -74,7 +74,7 @@ pub enum RunError {
     Observer(ObserverError),
 }
 
-/// Reported by an observer if a value is not finite: the run has failed, not the observer.
+/// Reported by an observer if a value is not finite. The run has failed then, not the observer.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{what} is {value} at t = {time:.12} s")]
 pub(crate) struct Overflow {

@@ -10,7 +10,6 @@ pub(super) struct Flow<D: Dynamics> {
     pub(super) dynamics: Arc<D>,
     pub(super) location: D::Location,
     pub(super) origin: f64,
-    /// Time during which guards count as being on their allowed side, s.
     pub(super) settling: f64,
 }
 
@@ -67,13 +66,12 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
 
 /// A solver with its last step.
 ///
-/// A multistep method has a polynomial of its own order. The dense output of ARKODE's one-step methods has degree 5 at
-/// most, far below a method of order 8: `probe`, a second solver of the same kind, repeats the step up to the wanted
-/// time.
+/// A multistep method interpolates by a polynomial of its own order. The dense output of ARKODE's one-step methods has
+/// degree 5 at most, far below a method of order 8. Therefore `probe`, a second solver of the same kind, repeats the
+/// step up to the wanted time.
 pub(super) struct LastStep<D: Dynamics> {
     pub(super) solver: Solver<Flow<D>>,
     pub(super) probe: Option<Solver<Flow<D>>>,
-    /// Start of the step on the segment's clock, with its state.
     pub(super) start: f64,
     pub(super) start_state: Vec<f64>,
 }
@@ -82,7 +80,7 @@ impl<D: Dynamics> LastStep<D> {
     pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), SolverError> {
         let Some(probe) = &mut self.probe else {
             let inside = self.solver.interpolate(tau.min(self.solver.time()), 0, out);
-            // By rounding, the step's start may lie before the solver's own value of it.
+            // By rounding, the start of the step may lie before the solver's own value for it.
             if inside.is_err() && tau - self.start <= 8.0 * f64::EPSILON * tau {
                 out.copy_from_slice(&self.start_state);
                 return Ok(());

@@ -11,7 +11,7 @@
 //!   length and not on the time since the start.
 //! * A guard counts as being on its allowed side at the very start of a segment, whatever rounding says. A guard that
 //!   just fired cannot fire again by itself, a tangential departure (zero value, zero slope) is no root, and neither
-//!   time nor state is nudged. A guard that truly stands beyond its boundary fires within the first step.
+//!   time nor state is nudged. A guard that is truly beyond its boundary fires within the first step.
 //! * Time events are stop times of the solver: no step crosses one.
 //!
 //! | module | what it is |
@@ -65,7 +65,7 @@ pub struct Guard {
 
 /// The smooth equations and guards of each location. Immutable: solvers share it.
 pub trait Dynamics: Send + Sync + 'static {
-    /// Everything that is constant within a segment: the mode and related data.
+    /// Everything that is constant within a segment: the contact's mode and its data.
     type Location: Copy + PartialEq + Debug + Send + 'static;
 
     /// Number of components of the state.
@@ -88,29 +88,29 @@ pub trait Dynamics: Send + Sync + 'static {
     /// Transforms a change of the state into band coordinates.
     fn enter_band(&self, _x: &[f64], _z: &mut [f64]) {}
 
-    /// Transforms `z`, the solution of (I - gamma J) z = b in band coordinates, back to the state's, in which `b` is
-    /// given.
+    /// Transforms `z`, the solution of (I - gamma J) z = b in band coordinates, back to the coordinates of the state.
+    /// `b` is given in the coordinates of the state.
     fn leave_band(&self, _location: &Self::Location, _z: &[f64], _b: &[f64], _x: &mut [f64]) {}
 
     /// Guards in the order of [`Self::guard_values`].
     fn guards(&self, location: &Self::Location) -> &'static [Guard];
 
-    /// One value for each of [`Self::guards`].
+    /// Writes the value of each of [`Self::guards`].
     fn guard_values(&self, location: &Self::Location, t: f64, y: &[f64], values: &mut [f64]);
 
-    /// Derivative of each guard if the time moves by `dt` and the state by `dy`, per unit of this change: with 1 and
-    /// the rates of the state, the guards' rates along the motion.
+    /// Writes the derivative of each guard in the direction `change`, a change of time and state. A change of 1 and
+    /// the rates of the state gives the guards' rates along the motion.
     fn guard_slopes(&self, location: &Self::Location, t: f64, y: &[f64], change: (f64, &[f64]), slopes: &mut [f64]);
 
-    /// Whether a guard that is zero at the start of a segment moves to its forbidden side, and is watched only after it
-    /// has come back: for models in which a location may be entered against its own guard.
+    /// Whether a guard that is zero at the start of a segment moves to its forbidden side. It is then watched only
+    /// after it has come back. For models in which a location may be entered against its own guard.
     fn starts_beyond(&self, _location: &Self::Location, _t: f64, _y: &[f64], _guard: usize) -> bool {
         false
     }
 
-    /// Longest step (s) from a state that lets a solver see all changes of the equations. Step control alone misses
-    /// changes between the stages of a step. `one_step`: the solver has stages, and is not a multistep method. Infinite
-    /// if the equations change no faster than the solution.
+    /// Longest step (s) from a state with which a solver sees all changes of the equations; infinite if the equations
+    /// change no faster than the solution. Step control alone misses changes between the stages of a step. `one_step`:
+    /// the solver has stages, so it is no multistep method.
     fn reach(&self, _location: &Self::Location, _t: f64, _y: &[f64], _one_step: bool) -> f64 {
         f64::INFINITY
     }
@@ -151,8 +151,8 @@ pub trait Rules<D: Dynamics> {
     /// Next time event, not before `t`.
     fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64>;
 
-    /// Transitions at that instant, called exactly at the announced time; they must make progress. Empty if a long
-    /// search for the next instant has found none so far and has to continue.
+    /// Transitions at that instant. Called exactly at the announced time; the transitions must make progress. Empty if
+    /// a long search for the next instant has found none so far and has to continue.
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<Self::Kind, D::Location>>;
 
     /// Transitions after guards fire; simultaneous guards come together.
@@ -164,7 +164,7 @@ pub trait Rules<D: Dynamics> {
         fired: Fired,
     ) -> Vec<Transition<Self::Kind, D::Location>>;
 
-    /// Reason if the state after a transition lies outside the model's domain.
+    /// Why the state after a transition lies outside the model's domain, if it does.
     fn outside(&self, _location: &D::Location, _t: f64, _y: &[f64]) -> Option<String> {
         None
     }
@@ -191,7 +191,7 @@ pub struct SegmentReport<L> {
     pub start: f64,
     /// End time, s.
     pub end: f64,
-    /// Constant from start to end.
+    /// Location, constant from start to end.
     pub location: L,
     /// Solver.
     pub solver: SolverKind,
@@ -237,13 +237,14 @@ pub trait Observer<L, K> {
     /// Receives an event at time `t` (s), with the states on its two sides.
     fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
 
-    /// At `t` (s) a guard came as near to its boundary as the solver can tell and turned, or had just left it.
+    /// Receives a near miss at `t` (s): a guard came as near to its boundary as the solver can tell and turned, or had
+    /// just left it.
     fn grazed(&mut self, _t: f64, _location: &L, _guard: &Guard) {}
 
     /// Receives a finished segment.
     fn segment(&mut self, report: &SegmentReport<L>) -> Result<(), ObserverError>;
 
-    /// Called now and then with the present time; `Break` ends the run.
+    /// Called now and then with the present time (s); `Break` ends the run.
     fn progress(&mut self, _t: f64, _location: &L) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

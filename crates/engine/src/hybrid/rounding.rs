@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 
 const HALF_UNIT: f64 = f64::EPSILON / 2.0;
 
-/// A derived constant, such as k_t/J, is a quotient or a sum of two: two roundings in addition to the parameter's.
+/// A derived constant, such as k_t/J, is a quotient or a sum of two: two roundings besides the parameter's own.
 const ROUNDINGS_OF_CONSTANT: f64 = 2.0;
 
 /// Rounded operations behind a component of a state at an event: torque from twist and rate, mean of two torques,
@@ -26,12 +26,12 @@ const ROUNDINGS_OF_STATE: f64 = 8.0;
 
 const DEVIATIONS: f64 = 3.0;
 
-/// A parameter with its effect on an event time, s per unit.
+/// A parameter with the derivatives of an event time by it, s per unit.
 pub(super) struct Rounded {
     pub value: f64,
-    /// Effect through all equations.
+    /// Derivative through all equations.
     pub everywhere: f64,
-    /// Effect through the equations whose constants are derived separately.
+    /// Derivative through the equations whose constants are derived separately.
     pub apart: f64,
     /// Whether constants of the equations are derived from it; otherwise the value is used directly.
     pub in_equations: bool,
@@ -64,29 +64,29 @@ impl RoundingVariance {
         }
     }
 
-    /// Propagates the roundings by `since`, the image of unit deviations, and rounds the state `y`.
+    /// Propagates the roundings of the last event by `since`, the image of unit deviations, and adds the rounding of
+    /// the state `y`.
     pub fn state(&mut self, since: &DMatrix<f64>, y: &[f64]) {
         self.state = since * &self.state * since.transpose();
         self.add_variances(y.iter().map(|size| ROUNDINGS_OF_STATE * variance(*size)));
     }
 
-    /// Adds an independent error to each component.
     pub fn add(&mut self, error: &[f64]) {
         self.add_variances(error.iter().map(|size| size * size));
     }
 
-    /// Rounds the clock at `t` (s), an event set off by the state: the clock is a sum.
+    /// The clock at `t` (s), an event set off by the state, is a sum, and is rounded.
     pub fn read_clock(&mut self, t: f64) {
         self.clock += variance(t);
     }
 
-    /// The clock is set to a prescribed time; its error becomes a deviation of the state along the flow.
+    /// At a prescribed time the error of the clock becomes a deviation of the state along the flow.
     pub fn set_clock(&mut self, flow: &DVector<f64>) {
         self.state += flow * flow.transpose() * self.clock;
         self.clock = 0.0;
     }
 
-    /// Error bound of an event time, s. `shift` is its derivative by the state at the last event.
+    /// Error bound of an event time, s. `shift` is the derivative of the time by the state at the last event.
     pub fn of_event(&self, shift: &DVector<f64>, numbers: impl Iterator<Item = Rounded>) -> f64 {
         let given: f64 = numbers
             .map(|number| {

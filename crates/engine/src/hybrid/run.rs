@@ -9,11 +9,11 @@ use super::{
 use crate::sundials::Counters;
 use std::sync::Arc;
 
-/// Steps between two questions to the observer whether to go on.
+/// Steps between two stop checks by the observer.
 const STEPS_BETWEEN_QUESTIONS: u32 = 256;
 
-/// Samples between two such questions: samples can be far denser than steps, and take milliseconds each if a solver
-/// integrates up to them anew.
+/// Samples between two stop checks. Samples can be far denser than steps, and cost milliseconds each if a solver
+/// integrates up to them again.
 const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
 
 /// Start of a run.
@@ -100,7 +100,6 @@ where
     R: Rules<D>,
     O: Observer<D::Location, R::Kind>,
 {
-    /// Runs to `end_time`; true if the observer ends the run before.
     fn to(&mut self, end_time: f64) -> Result<bool, RunError> {
         loop {
             let mut stop = end_time;
@@ -178,7 +177,7 @@ where
         if let Err(RunError::Overflow { time, .. }) = &end {
             self.time = self.time.max(*time);
         }
-        // Reported before a failure is passed on, so that the samples before it have their segment.
+        // Reported before a failure is returned, so that the samples before the failure have their segment.
         let report = SegmentReport {
             start,
             end: self.time,
@@ -253,7 +252,6 @@ where
         Ok(end)
     }
 
-    /// Hands out the samples due before `t` (and at `t`, if `inclusive`); `fill` puts the state into `self.sample`.
     fn samples_until(
         &mut self,
         t: f64,

@@ -9,13 +9,12 @@ pub enum SolverKind {
     Cvode {
         /// Options of CVODE.
         options: CvodeOptions,
-        /// Time (s) after a restart in which guards count as being on their allowed side and the first steps are kept
-        /// short.
+        /// Time (s) after a restart during which guards count as being on their allowed side and steps are kept short.
         settling: f64,
     },
     /// Explicit pair.
     Erk(ErkTable),
-    /// Singly diagonally implicit pair.
+    /// Singly diagonally implicit pair, for stiff problems.
     Esdirk,
     /// [`ClosedForm`](super::ClosedForm).
     ClosedForm,

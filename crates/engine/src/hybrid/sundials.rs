@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 const MOST_REFINEMENTS: usize = 4;
 
-/// A multistep method does not resolve the event of a guard that stays within this multiple of its tolerated error.
+/// A multistep method does not resolve an event whose guard stays within this multiple of its tolerated error.
 const UNRESOLVED: f64 = 100.0;
 
 pub(super) struct SundialsEngine<D: Dynamics> {
@@ -18,11 +18,10 @@ pub(super) struct SundialsEngine<D: Dynamics> {
     location: D::Location,
     origin: f64,
     span: f64,
-    /// Next stop time of the solver on the segment's clock: the segment's end, or within [`Dynamics::reach`].
+    /// Next stop time of the solver on the segment's clock, s: the segment's end, or earlier by [`Dynamics::reach`].
     stop: f64,
     fixed_step: bool,
     tolerances: Tolerances,
-    /// Time and index of a fired guard that the tolerances do not resolve.
     unresolved: Option<(f64, usize)>,
     tau: f64,
     state: Vec<f64>,
@@ -73,8 +72,8 @@ impl<D: Dynamics> SundialsEngine<D> {
         })
     }
 
-    /// Whether a firing guard has stayed within its tolerated error, so that neither its event nor the segment's length
-    /// is significant. One-step methods follow even such a segment, whose steps are long enough.
+    /// Whether a firing guard has stayed within its tolerated error. Neither its event nor the segment's length is
+    /// then significant. One-step methods follow even such a segment, because their steps are long enough.
     fn is_unresolved(&mut self, guard: usize) -> bool {
         if self.step.probe.is_some() {
             return false;
@@ -94,10 +93,10 @@ impl<D: Dynamics> SundialsEngine<D> {
         self.dips.largest(guard) <= UNRESOLVED * tolerated
     }
 
-    /// Time of the root in the last step, to the accuracy of the method; leaves its state in `self.state`.
+    /// Time of the root in the last step, to the accuracy of the method. Leaves the state at the root in `self.state`.
     ///
-    /// Without a probe the solver's root is returned. With one, Newton's method on the repeated step refines the root
-    /// of the dense output.
+    /// Without a probe it is the solver's root. With a probe, Newton's method on the repeated step refines the root of
+    /// the dense output.
     fn refine_root(&mut self, guard: usize) -> Result<f64, SolverError> {
         let mut tau = self.step.solver.time();
         self.state.copy_from_slice(self.step.solver.state());
@@ -121,7 +120,7 @@ impl<D: Dynamics> SundialsEngine<D> {
             dynamics.guard_values(location, t + probe_step, &self.moved, &mut self.ahead);
             let slope = (self.ahead[guard] - self.values[guard]) / probe_step;
             let next = tau - self.values[guard] / slope;
-            // Zero slope, or a correction out of the step: a grazing root, which stays where it is.
+            // With a zero slope, or a correction out of the step, the root is a graze and stays where it is.
             if !(next > self.step.start && next <= end) {
                 break;
             }

@@ -1,8 +1,8 @@
 //! Derivatives of a hybrid run by parameters: of the state and of the event times.
 //!
 //! With F the right-hand side of a segment, the derivative d of the state by a parameter p obeys d' = F_y d + F_p.
-//! Radau IIA, which is linear here, integrates d along with the run. An event with the guard h, or at a time T(p), and
-//! with the map M moves by dt, and
+//! Radau IIA, which is linear here, integrates d along with the run. An event has a guard h or a time T(p), and a map M
+//! of the state. It moves by dt:
 //!
 //! ```text
 //! dt = -(h_y d + h_p) / (h_t + h_y F-)   or   T',
@@ -28,42 +28,43 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 use stickslip_system::numerics::radau_tableau::RadauTableau;
 
-/// Stages of Radau IIA, of order 13.
+/// Radau IIA with these stages has order 13.
 const STAGES: usize = 7;
 
-/// Longest step times the fastest eigenvalue: the local error is then below 1e-12.
+/// Largest product of step and fastest eigenvalue: the local error is then below 1e-12.
 const REACH: f64 = 1.4;
 
-/// If the fastest mode would turn by more than this (rad) over a step of a series, the step strides over the mode: it
-/// is quiet, and is damped in the derivatives as well.
+/// If the fastest mode would turn by more than this (rad) in one step of a series, the series has stepped over the
+/// mode. The mode is quiet, and is damped in the derivatives as well.
 const STRIDE: f64 = 100.0;
 const STEPS_OF_STRIDE: f64 = 4.0;
 
-/// Over a step of the slow motion each stride turns the fastest mode by at least this, which damps deviations from the
-/// slow manifold even where the manifold is unstable. `MOST_STRIDES` are enough for slow motion. A shorter step is one
-/// stride: finer ones would follow the growth.
+/// In a step of the slow motion each stride turns the fastest mode by at least this (rad), which damps deviations from
+/// the slow manifold even where the manifold is unstable. `MOST_STRIDES` are enough for slow motion. A shorter step is
+/// one stride: finer strides would follow the growth.
 const TURN_OF_STRIDE: f64 = 30.0;
 const MOST_STRIDES: f64 = 8.0;
 
-/// Growth of the Jacobian at which its eigenvalues are computed anew.
+/// Growth of the Jacobian after which its eigenvalues are computed again.
 const LARGER: f64 = 1.1;
 
-/// Least number of steps over a step of a series, which spans some 3.5 rad of the fastest motion or signal.
+/// Least number of steps in a step of a series, which spans some 3.5 rad of the fastest motion or signal.
 const STEPS_OF_SERIES: f64 = 3.0;
 
-/// Largest difference between the two one-sided slopes of a time: relative, and in roundings of the time.
+/// Largest difference between the two one-sided slopes of an event time: relative, and in roundings of the time.
 const BENT: f64 = 0.2;
 const TIME_ROUNDING: f64 = 32.0;
 
-/// A copy of the system with a parameter moved. The weights of all copies add up to zero; the sum of weight times value
-/// is the derivative of the value.
+/// A copy of the system with one parameter moved. The weights of all copies of a parameter add up to zero; the sum of
+/// weight times value is the derivative of the value.
 pub(crate) struct MovedCopy<D, R> {
     pub dynamics: Arc<D>,
-    /// They must lead to the same events in the same order, without instants that change nothing.
+    /// Rules that lead to the same events in the same order, without instants that change nothing.
     pub rules: R,
     /// Weight per unit of the parameter.
     pub weight: f64,
-    /// The sum of these weights times value vanishes if the value has equal slopes on both sides.
+    /// Weight of the test for a bend: the sum over the copies of this times value vanishes if the value has equal
+    /// slopes on both sides.
     pub bend: f64,
 }
 
@@ -83,14 +84,14 @@ impl<D, R> Moved<D, R> {
     }
 }
 
-/// A moved parameter; without copies, a parameter that affects the initial state alone.
+/// A moved parameter. Without copies, the parameter affects the initial state alone.
 pub(crate) struct MovedNumber<D, R> {
     pub copies: Vec<MovedCopy<D, R>>,
     /// d(initial state)/d(parameter), for the components that the motion depends on.
     pub start: DVector<f64>,
     /// Whether the copies' equations differ from the run's.
     pub in_equations: bool,
-    /// Value, if its rounding counts.
+    /// Value of the parameter, if its rounding counts.
     pub rounded: Option<f64>,
 }
 
@@ -98,14 +99,14 @@ pub(crate) trait Measures<L, K>: Send {
     /// Factors that make the components comparable.
     fn weights(&self) -> &[f64];
 
-    /// Whether a location's equations have separately derived constants.
+    /// Whether the equations of a location have separately derived constants.
     fn derives_apart(&self, location: &L) -> bool;
 
-    /// Whether growth of deviations starts at such an event, if none is left from an earlier one.
+    /// Whether growth of deviations starts at such an event if no earlier growth persists.
     fn starts_growth(&self, kind: &K) -> bool;
 
-    /// Takes a change of the state before an event, at the event's moved time, through the map of the event. `fired`:
-    /// the guards that set the event off, with the shift of its time (s); `None` if the time is set.
+    /// Maps a change of the state before an event, at the event's moved time, to the change after it. `fired`: the
+    /// guards that set the event off, with the shift of its time (s); `None` if the time is prescribed.
     fn carry_over(
         &self,
         location: &L,
@@ -115,13 +116,12 @@ pub(crate) trait Measures<L, K>: Send {
         change: &mut [f64],
     );
 
-    /// Error of the new state, and the kept quantity, if the rules replace the state at an event.
+    /// Error of the new state, and the quantity that is kept, if the rules replace the state at an event.
     fn replaced(&self, location: &L, t: f64, y: &[f64], transitions: &[Transition<K, L>]) -> Option<Replaced>;
 }
 
 pub(crate) struct Replaced {
     pub error: Vec<f64>,
-    /// Gradient of the one quantity that is kept.
     pub kept: DVector<f64>,
 }
 
@@ -129,11 +129,11 @@ pub(crate) struct Replaced {
 pub struct Passage {
     /// d(time)/d(parameter), s per unit.
     pub times: Vec<f64>,
-    /// ln of the largest amplification of a deviation from the start of growth to just after the event.
+    /// ln of the largest amplification of a deviation, from the start of growth to just after the event.
     pub growth: Option<f64>,
     /// Shift of the event by a unit deviation at the start of growth, in the worst direction, s.
     pub per_deviation: Option<f64>,
-    /// Shift of the event by rounding to double precision, s.
+    /// Error bound of the event time from rounding to double precision, s.
     pub rounding: f64,
 }
 
@@ -145,14 +145,13 @@ struct VariationColumn<D, R> {
 }
 
 impl<D, R> VariationColumn<D, R> {
-    /// Sum of weight times value over the copies; NaN if a copy has no value.
     fn sum(&mut self, mut value: impl FnMut(&mut Moved<D, R>) -> Option<f64>) -> f64 {
         let of = |moved: &mut Moved<D, R>| moved.of.weight * value(moved).unwrap_or(f64::NAN);
         self.copies.iter_mut().map(of).sum()
     }
 
-    /// d(time) of the time event at `t` (s). NaN if the slopes on the two sides differ, as when the event of another
-    /// parameter comes first on one side.
+    /// d(time)/d(parameter) of the time event at `t` (s). NaN if the slopes on the two sides differ, for example if
+    /// another parameter's event comes first on one side.
     fn shift_of_time(&mut self, t: f64) -> f64 {
         let (mut bent, mut most) = (0.0, 0.0f64);
         for moved in &self.copies {
@@ -180,19 +179,18 @@ enum VariationSteps {
 pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
     dynamics: Arc<D>,
     measures: Box<dyn Measures<D::Location, R::Kind>>,
-    /// Number of leading components of the state that the motion depends on.
     moving: usize,
-    /// For each parameter: its effect; then its effect through separately derived constants. Then unit deviations since
-    /// the last event, and since the start of growth.
+    /// Columns: the effect of each parameter; the effect of each through separately derived constants; unit deviations
+    /// since the last event; unit deviations since the start of growth.
     columns: Vec<VariationColumn<D, R>>,
     numbers: usize,
-    /// Without the same events as in the run a copy gives no derivative.
+    /// If set, a copy with other events than the run gives no derivative.
     same_events: bool,
     growing: bool,
     /// Time of the last event, s, and its shift by each column.
     last: Option<(f64, Vec<f64>)>,
     rounding: RoundingVariance,
-    /// Time of the last possible event, s: derivatives are not carried beyond.
+    /// Time of the last possible event, s. Derivatives are not carried beyond it.
     end: f64,
     passages: Vec<Passage>,
     factors: Option<VariationFactors>,
@@ -216,9 +214,9 @@ fn fastest(jacobian: &DMatrix<f64>) -> f64 {
 }
 
 impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
-    /// Derivatives of a run of `dynamics` by `numbers`; the motion depends on the first `moving` components of the
-    /// state. A last step that ends at `end` (s) or later is left out, since no event follows. An infinite `end`
-    /// includes the last state.
+    /// Derivatives of a run of `dynamics` by the parameters `numbers`. The motion depends on the first `moving`
+    /// components of the state. A last step that ends at `end` (s) or later is left out, because no event follows;
+    /// with an infinite `end` the last state is included.
     pub(crate) fn new(
         dynamics: Arc<D>,
         measures: Box<dyn Measures<D::Location, R::Kind>>,
@@ -261,7 +259,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         carried
     }
 
-    /// Lets copies decide otherwise about the contact at rest.
+    /// Allows copies to have other events than the run at the border of a stick.
     pub(crate) fn beside_borders(self) -> Self {
         Carried {
             same_events: false,
@@ -281,7 +279,6 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         2 * self.numbers..2 * self.numbers + self.moving
     }
 
-    /// Columns of unit deviations since the start of growth.
     fn grown(&self) -> Range<usize> {
         let first = 2 * self.numbers + self.moving;
         first..first + self.moving
@@ -299,7 +296,6 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         DMatrix::from_fn(self.moving, columns.len(), |i, j| self.columns[first + j].slope[i])
     }
 
-    /// ln of the largest amplification of a deviation since the start of growth.
     fn growth(&self) -> f64 {
         let (grown, weights) = (self.deviations(self.grown()), self.measures.weights());
         let scaled = DMatrix::from_fn(self.moving, self.moving, |i, j| grown[(i, j)] * weights[i] / weights[j]);
@@ -359,7 +355,8 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         for step in 0..steps as usize {
             let start = from + step as f64 * h;
             let mut jacobians = Vec::with_capacity(STAGES);
-            // Effect of the step on unit deviations, and the forcing by each parameter.
+            // Columns: unit deviations, then the parameters in `forcing`. Rows: right-hand sides of the stages,
+            // replaced by the rates of the stages.
             let mut stages = DMatrix::zeros(STAGES * n, n + forcing.len());
             for i in 0..STAGES {
                 let tau = start + self.nodes.c[i] * h;
@@ -424,7 +421,6 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         &self.factors.insert(factors).lu
     }
 
-    /// Derivative of a guard by a change of time and state.
     fn guard_slope(
         &self,
         location: &D::Location,
@@ -450,8 +446,8 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// State after the transitions, if there are as many as in the run and, with `same_events`, of the same kinds. Without
-/// it a copy may decide otherwise about the contact at rest, as near a border between two event sequences: its surfaces
-/// have the same state.
+/// `same_events` a copy may decide otherwise about the contact at rest, as near a border between two event sequences;
+/// the surfaces have the same state then.
 fn state_after<K: PartialEq, L>(
     transitions: &[Transition<K, L>],
     kinds: &[Option<K>],
@@ -468,7 +464,6 @@ pub(crate) struct CarryingRules<D: Dynamics, R: Rules<D>> {
 }
 
 impl<D: Dynamics, R: Rules<D>> CarryingRules<D, R> {
-    /// `own` decides; `carried` gives the derivatives afterwards.
     pub(crate) fn new(own: R, carried: Arc<Mutex<Carried<D, R>>>) -> Self {
         CarryingRules { own, carried }
     }
@@ -488,7 +483,7 @@ where
     R::Kind: PartialEq,
 {
     /// Takes the derivatives over an event. `fired`: the guards that set it off; `None` if its time is a parameter.
-    /// `shift` gives d(time) of a column from the flow before; `of_copy` is a copy's map.
+    /// `shift` gives d(time) of a column from the flow before the event; `of_copy` is the map of a copy.
     fn pass(
         &mut self,
         event: &Instant<'_, D::Location, R::Kind>,
@@ -610,7 +605,7 @@ where
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
         let transitions = self.own.at_time_event(location, t, y);
         if transitions.is_empty() {
-            // The search for the next instant goes on, also in the copies.
+            // The search for the next instant continues, also in the copies.
             let mut carried = locked(&self.carried);
             let copies = carried.columns.iter_mut().flat_map(|column| &mut column.copies);
             for moved in copies.filter(|moved| moved.next.is_some_and(|next| next <= t)) {

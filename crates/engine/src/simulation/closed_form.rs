@@ -18,7 +18,7 @@ impl SystemDynamics {
     }
 
     /// Whether the segment that begins at `t` (s) with the state `y` has a closed form. A stick that begins at its
-    /// limit (within rounding) has none: its rates decide, whatever their order.
+    /// limit (within rounding) has none: the rates of its torque decide, whatever their order.
     pub fn has_closed_form(&self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
         let Some((motion, torques)) = self.motion(location) else {
             return false;
@@ -32,7 +32,7 @@ impl SystemDynamics {
         torque <= noise || (limit - torque).abs() > noise
     }
 
-    /// Whether a stick that begins at `t` (s) with the state `y` lasts to the next corner of the signals: its closed
+    /// Whether a stick that begins at `t` (s) with the state `y` lasts to the next corner of the signals: the closed
     /// form shows that no remaining motion can break it.
     pub(super) fn stays_stuck(&self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
         let end = self.excitation.corners().get(location.stretch);

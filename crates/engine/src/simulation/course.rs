@@ -1,4 +1,4 @@
-//! The motion from a known state on, within one mode: the reference for comparisons with other solvers.
+//! The motion from a known state, within one mode: the reference for comparisons with other solvers.
 
 use super::expansion::{Expansion, Series};
 use super::plan::SystemPlan;
@@ -25,12 +25,12 @@ pub use super::expansion::TERMS;
 /// Error of a series step, relative to the size of a quantity.
 const TOLERANCE: f64 = 1e-16;
 
-/// A train.
+/// A train: a chain of inertias and shafts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TrainSide {
-    /// Index 2 in the equations.
+    /// The rotor: index 2 in the equations.
     Rotor,
-    /// Index 1.
+    /// The stator: index 1 in the equations.
     Stator,
 }
 
@@ -38,7 +38,7 @@ impl TrainSide {
     /// Both trains.
     pub const BOTH: [TrainSide; 2] = [TrainSide::Rotor, TrainSide::Stator];
 
-    /// "rotor" or "stator".
+    /// Name: "rotor" or "stator".
     pub fn name(self) -> &'static str {
         match self {
             TrainSide::Rotor => "rotor",
@@ -50,9 +50,9 @@ impl TrainSide {
 /// An inertia or a shaft of a train, counted from the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TrainPart {
-    /// Train.
+    /// Train to which the part belongs.
     pub of: TrainSide,
-    /// Index from 0.
+    /// Index, counted from 0.
     pub index: usize,
 }
 
@@ -63,9 +63,9 @@ pub enum CourseQuantity {
     Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
     TwistRate(TrainPart),
-    /// Speed of an inertia, or of the part beyond the outermost, rad/s.
+    /// Speed of an inertia, or of the body beyond the outermost inertia, rad/s.
     Speed(TrainPart),
-    /// Angle of an inertia, or of the part beyond the outermost, rad.
+    /// Angle of an inertia, or of the body beyond the outermost inertia, rad.
     Angle(TrainPart),
     /// phi_2 - phi_1, rad.
     Slip,
@@ -85,7 +85,7 @@ pub enum CourseQuantity {
     Transmitted,
 }
 
-/// The motion of one case.
+/// The motion of one system.
 #[derive(Debug)]
 pub struct Course {
     dynamics: Arc<SystemDynamics>,
@@ -106,7 +106,7 @@ pub fn is_short(system: &System) -> bool {
 }
 
 impl Course {
-    /// The motion of a case; `threshold` (rad/s) as for a run.
+    /// The motion of a system; `threshold` (rad/s) as for a run.
     pub fn new(system: &System, threshold: f64, solver: &SolverOptions) -> Course {
         let dynamics = Arc::new(SystemDynamics::new(system, threshold));
         let start = super::simulate::start(system, &dynamics);
@@ -122,7 +122,7 @@ impl Course {
         }
     }
 
-    /// The equations of the case.
+    /// The equations of the system.
     pub fn system(&self) -> &SystemEquations {
         &self.dynamics.system
     }
@@ -134,7 +134,7 @@ impl Course {
         }
     }
 
-    /// Size of every component of the state.
+    /// Size of each component of the state.
     pub fn sizes(&self) -> &[f64] {
         &self.sizes
     }
@@ -144,7 +144,7 @@ impl Course {
         self.dynamics.excitation.largest_force()
     }
 
-    /// Shortest period of a harmonic among the signals, s.
+    /// Shortest period of a harmonic among the signals, s; `None` without a harmonic.
     pub fn period_of_signals(&self) -> Option<f64> {
         let fastest = self.fastest_signal();
         (fastest > 0.0).then(|| TAU / fastest)
@@ -161,25 +161,25 @@ impl Course {
         corners.get(corners.partition_point(|corner| *corner <= t)).copied()
     }
 
-    /// External inputs at a time (s), with a normal force of 0.
+    /// External inputs at `t` (s), with a normal force of 0.
     pub fn driving(&self, t: f64) -> Outside {
         let excitation = &self.dynamics.excitation;
         excitation.driving_alone(excitation.stretch(t), t)
     }
 
-    /// External inputs at a time (s).
+    /// External inputs at `t` (s).
     pub fn outside(&self, t: f64) -> Outside {
         let excitation = &self.dynamics.excitation;
         excitation.at(excitation.stretch(t), t)
     }
 
-    /// Angle (rad) and speed (rad/s) of the driven ends, rotor first; 0 for other ends.
+    /// Angle (rad) and speed (rad/s) of the driven ends at `t` (s), rotor first; 0 for other ends.
     pub fn ends(&self, t: f64) -> [(f64, f64); 2] {
         let (outside, angles) = (self.outside(t), self.dynamics.excitation.angles(t));
         [(angles.0, outside.rotor.speed), (angles.1, outside.stator.speed)]
     }
 
-    /// Quantity that [`Portrait::of`](super::portrait::Portrait) takes as the position.
+    /// Position of the system's [`Portrait`](super::portrait::Portrait); `None` if it is the slip displacement.
     pub fn position(&self) -> Option<CourseQuantity> {
         let (side, name, ..) = shown(&self.dynamics)?;
         let part = TrainPart {
@@ -196,7 +196,7 @@ impl Course {
         })
     }
 
-    /// Columns beyond those of every file that [`Self::state`] needs.
+    /// Columns that [`Self::state`] needs besides the columns of every file.
     pub fn further(&self) -> Vec<Further> {
         if self.in_columns {
             Vec::new()
@@ -205,7 +205,7 @@ impl Course {
         }
     }
 
-    /// The state from a file's columns and the [`Self::further`] ones; losses and work are zero.
+    /// The state from a file's columns and the columns of [`Self::further`]; losses and work are zero.
     pub fn state(&self, state: &State, further: &[f64]) -> Vec<f64> {
         let system = self.system();
         let mut y = if self.in_columns {
@@ -237,7 +237,7 @@ impl Course {
         state_of(&self.dynamics, further)
     }
 
-    /// Values of `further_names` for a state.
+    /// Values that `further_names` lists, for a state at `t` (s).
     pub fn further_of(&self, mode: Mode, t: f64, y: &[f64]) -> Vec<f64> {
         let mut values = Vec::new();
         self.readings(true)
@@ -245,8 +245,8 @@ impl Course {
         values
     }
 
-    /// Distance of a state from steady motion, rad/s: the largest rate of a twist or bristle, or change of a speed over
-    /// the unit of time of the fastest motion.
+    /// Distance of a state from steady motion, rad/s: the largest of all rates of twists and bristles, and of all
+    /// changes of a speed over the unit of time of the fastest motion.
     pub fn unrest(&mut self, mode: Mode, t: f64, y: &[f64]) -> f64 {
         self.fill(mode, t, y, 2, true);
         let (system, unit) = (self.system(), self.expansion.unit);
@@ -285,12 +285,13 @@ impl Course {
         }
     }
 
-    /// Forces, torques, and kinetic and elastic energy of a state; channels that depend on the history are 0.
+    /// Forces, torques, and kinetic and elastic energy of a state at `t` (s). Channels that depend on earlier events
+    /// are 0.
     pub fn channels(&self, mode: Mode, t: f64, y: &[f64]) -> Channels {
         self.readings(false).read(t, &self.place(mode, t, y, true), y).1
     }
 
-    /// Period (s) that defines dense and sparse sampling; `None` if nothing moves by itself.
+    /// Period (s) that separates dense from sparse sampling; `None` if nothing moves by itself.
     pub fn natural_period(&self) -> Option<f64> {
         self.dynamics.natural_period()
     }
@@ -306,9 +307,10 @@ impl Course {
         rates.fold(0.0, f64::max)
     }
 
-    /// Change of every value of a row (state, channels, further ones) from a sample to `dt` (s) later, in the sample's
-    /// mode: one step of the classical Runge-Kutta method, with the axial motion in closed form. For |dt| up to a
-    /// hundredth of the shortest period the error is some 1e-8 of the oscillation. Kick work and energy residual stay.
+    /// Change of every value of a row (state, channels, further values) from a sample to `dt` (s) later, in the
+    /// sample's mode. It is one step of the classical Runge-Kutta method, with the axial motion in closed form. For
+    /// |dt| up to a hundredth of the shortest period the error is some 1e-8 of the oscillation. The changes of kick
+    /// work and energy residual are 0.
     pub fn change(&self, sample: &Sample, further: &[f64], dt: f64) -> Vec<f64> {
         let (t, mode, channels) = (sample.time, sample.mode, &sample.channels);
         let mut y = self.state(&sample.state, further);
@@ -342,7 +344,7 @@ impl Course {
         change
     }
 
-    /// Power of friction, and of dampers less drives (W), each with its rate (W/s).
+    /// Power of friction, and power of the dampers minus that of the drives (W), each with its rate (W/s).
     pub fn powers(&mut self, mode: Mode, t: f64, y: &[f64]) -> [(f64, f64); 2] {
         self.fill(mode, t, y, 3, true);
         let unit = self.expansion.unit;
@@ -354,12 +356,11 @@ impl Course {
         [of(FRICTION_LOSS), (lost.0 - work.0, lost.1 - work.1)]
     }
 
-    /// Stands at a state, just before its time (s); [`Self::series`] has values there only.
+    /// Expands at a state, just before its time (s). [`Self::series`] then has values at this time only.
     pub fn stand_before(&mut self, mode: Mode, t: f64, y: &[f64]) {
         self.fill(mode, t, y, 1, false);
     }
 
-    /// Expands the motion from a state; at a corner of a signal into the stretch that begins (`forward`) or ends.
     fn fill(&mut self, mode: Mode, t: f64, y: &[f64], terms: usize, forward: bool) {
         self.location = self.place(mode, t, y, forward);
         let unit = self.dynamics.unit(self.location.stretch);
@@ -375,7 +376,7 @@ impl Course {
         let unit = self.dynamics.unit(self.dynamics.excitation.stretch(t));
         let terms = terms_for(longest / unit);
         let step = self.expand_to(mode, t, y, longest, terms);
-        // A friction law that changes over less than the unit needs more terms.
+        // A friction law that changes within less than the unit needs more terms.
         if step < longest && terms < TERMS {
             self.expand_to(mode, t, y, longest, TERMS)
         } else {
@@ -383,8 +384,8 @@ impl Course {
         }
     }
 
-    /// Takes a state between two times (s), later or earlier, by the series; `each` receives the start of every step.
-    /// False if `most_steps` are not enough.
+    /// Advances a state from one time to another (s), forwards or backwards, by the series. `each` receives the start
+    /// of every step. False if `most_steps` are not enough.
     pub fn go(
         &mut self,
         mode: Mode,
@@ -496,7 +497,7 @@ impl Course {
         (series, terms)
     }
 
-    /// Values of a quantity at these times since the start of the expansion (s).
+    /// Writes a quantity at these times since the start of the expansion (s).
     pub fn values(&self, quantity: CourseQuantity, since: impl Iterator<Item = f64>, out: &mut [f64]) {
         let series = self.quantity(quantity);
         let (known, unit) = (&series[..self.expansion.terms], self.expansion.unit);
@@ -531,7 +532,7 @@ impl Course {
         }
     }
 
-    /// z and z' by m z'' = F_n - F, with F_n without its clamp.
+    /// z and z' by m z'' = F_n - F, with F_n without its clamp at zero.
     fn axial_motion(&self) -> (Series, Series) {
         let (mut z, mut rate) = ([0.0; TERMS], [0.0; TERMS]);
         if let Some(motion) = self.axial() {
@@ -585,7 +586,7 @@ impl Course {
     }
 }
 
-/// Terms for a step of `x` units: as many as the exponential needs, and the two that tell its error.
+/// Number of terms for a step of `x` units: as many as the exponential needs, and two that show its error.
 fn terms_for(x: f64) -> usize {
     let (mut terms, mut last) = (3, 1.0);
     while terms < TERMS && last > TOLERANCE {

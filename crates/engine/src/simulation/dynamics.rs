@@ -16,14 +16,14 @@ use stickslip_system::model::{BreakawayTest, Mode};
 use stickslip_system::numerics::band::BandMut;
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
-/// Whether the stability of steady sliding is watched (until the first stick).
+/// How the stability of steady sliding is watched (until the first stick).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarginWatch {
-    /// Sliding is stable; its loss is an event.
+    /// Sliding is stable; its loss of stability is an event.
     Stable,
-    /// Sliding is unstable; its return is an event.
+    /// Sliding is unstable; its return to stability is an event.
     Unstable,
-    /// After the first stick: crossings are part of each slip, and no events.
+    /// After the first stick, crossings of the margin are part of each slip, and no events.
     Off,
 }
 
@@ -32,22 +32,23 @@ pub enum MarginWatch {
 pub struct SystemLocation {
     /// Mode of the contact.
     pub mode: Mode,
-    /// Sign of omega_r in slip, or side of rest of an engaged contact: +1 or -1; 0 in stick and separation.
+    /// Sign of omega_r in slip, or side of rest of a contact without stick: +1 or -1; 0 in stick and separation.
     pub sense: i8,
     /// Number of the friction law's knots below the sliding speed.
     pub piece: usize,
     /// Number of the signals' corners before the time.
     pub stretch: usize,
-    /// Engaged contact: whether |omega_r| is below the threshold that counts as a stick.
+    /// In a contact without stick: whether |omega_r| is below the threshold that counts as a stick.
     pub slow: bool,
-    /// Zeros of the margin of steady sliding that are events.
+    /// Which zeros of the margin of steady sliding are events.
     pub watch: MarginWatch,
     /// Whether steps must resolve the fast modes, because they are excited or unstable.
     pub resolved: bool,
 }
 
 impl SystemLocation {
-    /// A mode in a stretch, on the first piece of the law, fully resolved and without watch on the margin.
+    /// A location in a mode and a stretch, on the first piece of the law, fully resolved, without a watch on the
+    /// margin.
     pub fn new(mode: Mode, stretch: usize) -> SystemLocation {
         SystemLocation {
             mode,
@@ -69,26 +70,26 @@ impl SystemLocation {
 /// The equations with all signals, shared by the solvers of a run.
 #[derive(Debug)]
 pub struct SystemDynamics {
-    /// Equations.
+    /// Equations of motion.
     pub system: SystemEquations,
-    /// Signals.
+    /// Signals as functions of time.
     pub excitation: Excitation,
-    /// |omega_r| (rad/s) below which an engaged contact counts as stuck.
+    /// |omega_r| (rad/s) below which a contact without stick counts as stuck.
     pub threshold: f64,
     pub(super) rates: ModeRates,
     pub(super) closed_form: closed_form::ClosedForm,
     slow_motions: SlowMotions,
-    /// For long trains.
+    /// Only for long trains.
     chain: OnceLock<Option<ChainCoordinates>>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ModeRates {
-    /// Largest magnitude in any mode, 1/s; 0 if nothing moves by itself.
+    /// Largest magnitude of an eigenvalue in any mode, 1/s; 0 if nothing moves by itself.
     pub fastest: f64,
     /// Fastest damping in sliding over the slowest motion that steps must resolve. Without stick the latter is the
     /// slowest motion of the open system: at rest the contact's damping slows it to a creep that no event follows. In
-    /// sliding that slows down by itself it is the slowest of the fast modes: then another method takes over.
+    /// sliding that slows down by itself it is the slowest of the fast modes, because another method takes over then.
     pub stiffness: f64,
 }
 
@@ -136,18 +137,19 @@ impl ModeRates {
 }
 
 /// A breakaway by a one-sided test may start against its own sense, because the tested torque is not the accelerating
-/// one. The slip goes on if the relative velocity dips by less than this share of the oscillation's speed; otherwise
-/// the breakaway is undone at once. The share matches the paper's tolerance epsilon = 1e-5 rad/s in equation (9).
+/// torque. The slip continues if the relative velocity dips by less than this share of the oscillation's speed;
+/// otherwise the breakaway is undone at once. The share matches the paper's tolerance epsilon = 1e-5 rad/s in equation
+/// (9).
 const LARGEST_DIP: f64 = 7.5e-5;
 
 pub(super) const GUARD_STOPPING: usize = 0;
 /// The backward guard follows.
 pub(super) const GUARD_FORWARD: usize = 0;
 
-/// Rounding of the relative velocity, relative to the speeds of which it is the difference.
+/// Rounding of the relative velocity, relative to the speeds whose difference it is.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 
-/// Relative velocities below this share count as zero at the start of a segment or a contact.
+/// Relative velocities below this share of those speeds count as zero at the start of a segment or a contact.
 pub(super) const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
 
 /// Torques in stick below this share of the largest breakaway torque count as zero.
@@ -155,10 +157,10 @@ const TORQUE_NOISE: f64 = 8.0 * f64::EPSILON;
 /// Largest change of the sliding speed in a step, relative to the speed scale of friction there.
 const FOLLOWED: f64 = 1.0;
 
-/// From here on tanh(x) rounds to 1.
+/// For larger x, tanh(x) rounds to 1.
 const SATURATED: f64 = 19.0;
 
-/// Difference step for the relative acceleration's rate, and shortest reach, in units of time.
+/// Step of the difference for the rate of the relative acceleration, and shortest reach, in units of time.
 const AHEAD: f64 = 1e-6;
 const SHORTEST_REACH: f64 = 1e-7;
 
@@ -220,7 +222,7 @@ macro_rules! watches {
 }
 
 impl SystemDynamics {
-    /// The dynamics of a case; `threshold` is in rad/s.
+    /// The dynamics of a system; `threshold` is in rad/s.
     pub fn new(system: &System, threshold: f64) -> SystemDynamics {
         let (system, excitation) = (SystemEquations::new(system), Excitation::new(system));
         SystemDynamics {
@@ -239,18 +241,17 @@ impl SystemDynamics {
         chain.as_ref()
     }
 
-    /// Stick or separation without fast modes; `None` in other modes, and if no mode is slow compared with others.
+    /// Stick or separation without fast modes; `None` in other modes, and if no mode is slow compared with the others.
     pub(super) fn slow_motion(&self, mode: Mode) -> Option<&SlowMotion> {
         self.slow_motions.of(&self.system, mode)
     }
 
-    /// Time unit of a series in a stretch, s: of the fastest motion or signal.
+    /// Time unit of a series in a stretch, s: that of the fastest motion or signal.
     pub fn unit(&self, stretch: usize) -> f64 {
         let fastest = self.rates.fastest.max(self.excitation.fastest(stretch));
         if fastest > 0.0 { 1.0 / fastest } else { 1.0 }
     }
 
-    /// Shorter period of a surface on its shaft, or else of the fastest motion, s; `None` if nothing moves by itself.
     pub(crate) fn natural_period(&self) -> Option<f64> {
         let sides = [&self.system.rotor, &self.system.stator].into_iter();
         let periods = sides.filter_map(|side| {
@@ -264,7 +265,7 @@ impl SystemDynamics {
         periods.min_by(f64::total_cmp).or_else(of_fastest)
     }
 
-    /// External inputs.
+    /// External inputs at `t` (s).
     #[inline]
     pub fn outside(&self, location: &SystemLocation, t: f64) -> Outside {
         self.excitation.at(location.stretch, t)
@@ -307,7 +308,6 @@ impl SystemDynamics {
             .stability_margin(location.sign(), location.piece, &outside, y)
     }
 
-    /// Value of a guard in slip or in an engaged contact, without noise.
     pub(super) fn watched_value(
         &self,
         watched: Watched,
@@ -336,8 +336,8 @@ impl SystemDynamics {
         series.coefficient(1)
     }
 
-    /// Smallest speed of a surface that swings on its shaft with the static twist under friction as amplitude, rad/s; 0
-    /// if none swings.
+    /// Smallest speed of a surface that swings on its shaft with the static twist under friction as amplitude, rad/s;
+    /// 0 if neither swings.
     fn oscillation_speed(&self, normal_force: f64) -> f64 {
         let torque = self.system.breakaway_torque(normal_force);
         let of = |side: &Side| {
@@ -352,13 +352,13 @@ impl SystemDynamics {
     fn followed_smoothing(&self, x: f64) -> f64 {
         match self.system.engagement {
             Engagement::Regularised(Smoothing::Tanh, scale) => (FOLLOWED * scale).max(0.5 * (x - SATURATED * scale)),
-            // The scale shrinks on the way down, by no more than a half over this fall.
+            // The scale shrinks as the speed falls, by no more than a half over this fall.
             Engagement::Regularised(Smoothing::Arctan, scale) => 0.5 * FOLLOWED * x.hypot(scale),
             Engagement::StickSlip | Engagement::Bristles(..) => f64::INFINITY,
         }
     }
 
-    /// Sense of an engaged contact, or the sense in which it leaves rest.
+    /// Sense of a contact without stick, or the sense in which it leaves rest.
     pub(super) fn side(&self, location: &SystemLocation, t: f64, y: &[f64]) -> i8 {
         let outside = self.outside(location, t);
         let w = self.system.relative_velocity(&outside, y);
@@ -370,7 +370,7 @@ impl SystemDynamics {
         if w < 0.0 { -1 } else { 1 }
     }
 
-    /// Rounding of the interface torque, N m: less breaks no stick, however weak the normal force.
+    /// Rounding of the interface torque, N m. A smaller torque breaks no stick, however weak the normal force.
     pub(super) fn torque_noise(&self) -> f64 {
         TORQUE_NOISE * self.system.breakaway_torque(self.excitation.largest_force())
     }
@@ -441,8 +441,8 @@ impl Dynamics for SystemDynamics {
         if let Some(chain) = self.chain() {
             chain.leave(&self.system, z, x);
         }
-        // P, which removes the fast modes, commutes with the Jacobian: (I - gamma P J) x = b has the solution x = b + P
-        // (z - b). One more iteration corrects the slip.
+        // P, which removes the fast modes, commutes with the Jacobian: (I - gamma P J) x = b has the solution x = b +
+        // P (z - b). One more iteration corrects the slip.
         if !location.resolved
             && let Some(slow) = self.slow_motion(location.mode)
         {
@@ -516,7 +516,8 @@ impl Dynamics for SystemDynamics {
         if system.relative_velocity(&outside, y).abs() > 1e-9 * speed {
             return false;
         }
-        // From rest omega_r' = (1/J_1 + 1/J_2) (T_f - T_i): omega_r is a parabola while the torques' rates last.
+        // From rest omega_r' = (1/J_1 + 1/J_2) (T_f - T_i): omega_r is a parabola while the rates of the torques are
+        // constant.
         let (mode, sense, piece) = (location.mode, location.sign(), location.piece);
         let mut rates = vec![0.0; system.dimension];
         system.rates(mode, sense, piece, &outside, y, &mut rates);
@@ -533,9 +534,9 @@ impl Dynamics for SystemDynamics {
     fn reach(&self, location: &SystemLocation, t: f64, y: &[f64], one_step: bool) -> f64 {
         match location.mode {
             Mode::Stick | Mode::Separated => return f64::INFINITY,
-            // A multistep method takes short steps through the smoothed zero of friction, which every speed change
-            // passes, and so resolves the rest. Limits would restart it near knots of a law, with steps of rounding
-            // size.
+            // A multistep method takes short steps through the smoothed zero of friction, which every change of speed
+            // passes, and so resolves the rest. Limits would restart it near knots of a law, with steps of the size of
+            // rounding.
             Mode::Engaged if !one_step => return f64::INFINITY,
             // Sliding that slows down by itself approaches every speed slowly, and its fast modes bound the step.
             _ if self.system.twice_resistance.is_some() => return f64::INFINITY,

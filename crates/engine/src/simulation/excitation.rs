@@ -9,19 +9,20 @@ use stickslip_system::numerics::polynomial_roots::first_falling;
 use stickslip_system::numerics::{Number, taylor};
 use stickslip_system::signal::{Drive, Timeline};
 
-/// Coefficients of the expansions that locate zeros of the normal force.
+/// Number of coefficients in the expansions that locate zeros of the normal force.
 pub const TERMS: usize = 20;
 
-/// Phase over which a harmonic equals its first [`TERMS`] coefficients: 0.5 rad, 0.5^20/20! = 4e-25.
+/// Phase (rad) over which a harmonic equals its first [`TERMS`] coefficients: 0.5^20/20! = 4e-25.
 const REACH: f64 = 0.5;
 
 /// A force below this share of its change over a step counts as zero.
 const ROUNDING: f64 = 1e-12;
 
-/// Rounding of the normal force, relative to the largest: a deeper fall below zero opens the contact.
+/// Rounding of the normal force, relative to its largest value: the contact opens only if the force falls deeper below
+/// zero.
 const TOUCHING: f64 = 8.0 * f64::EPSILON;
 
-/// Share of its later magnitude below which an input does not show the size of the motion: it begins at zero.
+/// An input below this share of its later magnitude does not show the size of the motion, because it begins at zero.
 const WEAK: f64 = 1e-3;
 
 const SEARCH: u32 = 100_000;
@@ -38,7 +39,7 @@ enum NormalForce {
     Axial(Box<AxialMotion>, Vec<usize>),
 }
 
-/// All signals of a case.
+/// All signals of a system, as functions of time.
 #[derive(Debug, Clone)]
 pub struct Excitation {
     timeline: Timeline,
@@ -62,7 +63,7 @@ pub struct OutsideSeries<T, const N: usize> {
 #[derive(Debug, Clone)]
 pub struct DrivingSeries<T, const N: usize> {
     pub speed: [T; N],
-    /// Degree of the speed; `None` if the end stands or is free.
+    /// Degree of the speed; `None` if the end is fixed or free.
     pub speed_degree: Option<usize>,
     pub acceleration: [T; N],
     pub torque: [T; N],
@@ -101,7 +102,7 @@ impl<T: Number, const N: usize> OutsideSeries<T, N> {
 }
 
 impl Excitation {
-    /// The signals of a case.
+    /// The signals of a system.
     pub fn new(system: &System) -> Excitation {
         // In the order of `System::drives`.
         let mut count = 0;
@@ -151,7 +152,8 @@ impl Excitation {
         TOUCHING * self.largest_force
     }
 
-    /// Shift of the normal force's zero at `t` by rounding, s, the same in every method. The time of a corner is exact.
+    /// Shift (s) of the normal force's zero at `t` (s) by rounding, the same in every method. The time of a corner is
+    /// exact.
     pub fn rounding_of_zero(&self, t: f64) -> f64 {
         if self.corners().contains(&t) {
             return self.axial().map_or(0.0, |motion| motion.rounding_at_corner(t));
@@ -175,7 +177,7 @@ impl Excitation {
         self.largest_force
     }
 
-    /// Stretch between corners of the signals that begins at `t` or contains it.
+    /// Index of the stretch between corners of the signals that begins at `t` (s) or contains it.
     pub fn stretch(&self, t: f64) -> usize {
         self.timeline.stretch(t)
     }
@@ -202,7 +204,6 @@ impl Excitation {
         }
     }
 
-    /// Inputs at a time, by the functions of a stretch, with a normal force of 0.
     pub(super) fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
         Outside {
             rotor: self.driving(&self.rotor, stretch, t),
@@ -211,7 +212,7 @@ impl Excitation {
         }
     }
 
-    /// Inputs at a time, by the functions of a stretch.
+    /// Inputs at `t` (s) by the functions of a stretch.
     pub fn at(&self, stretch: usize, t: f64) -> Outside {
         Outside {
             normal_force: self.normal_force(stretch, t),
@@ -219,8 +220,8 @@ impl Excitation {
         }
     }
 
-    /// Inputs for the size of a motion from `t` (s) on: those of `t`, but for an input that is still weak its largest
-    /// magnitude up to the end of the stretch.
+    /// Inputs that show the size of a motion from `t` (s) on: the inputs at `t`, but for an input that is still weak
+    /// its largest magnitude up to the end of the stretch.
     pub(super) fn ahead(&self, stretch: usize, t: f64) -> Outside {
         let mut outside = self.at(stretch, t);
         let grow = |now: &mut f64, most: f64| {
@@ -254,7 +255,8 @@ impl Excitation {
         }
     }
 
-    /// External torques of rotor and stator (N m) in a stretch in which they are constant and the ends rest.
+    /// External torques of rotor and stator (N m) in a stretch in which they are constant and the ends rest; `None` in
+    /// other stretches.
     pub fn at_rest(&self, stretch: usize) -> Option<[f64; 2]> {
         let start = self.timeline.start(stretch);
         let constant = |index: usize| {
@@ -268,7 +270,7 @@ impl Excitation {
         Some([of(&self.rotor)?, of(&self.stator)?])
     }
 
-    /// F_n without the clamp at zero, its rate (N/s), and a bound on |F_n''| (N/s^2) from `t` to the end of the
+    /// F_n without the clamp at zero (N), its rate (N/s), and a bound on |F_n''| (N/s^2) from `t` to the end of the
     /// stretch.
     pub(super) fn pressing(&self, stretch: usize, t: f64) -> Bounded {
         match &self.normal_force {
@@ -298,8 +300,8 @@ impl Excitation {
         (of(&self.rotor), of(&self.stator))
     }
 
-    /// Angle of the rotor's driven end relative to the stator's in the `tau` (s) after `from`, within a stretch, rad,
-    /// to the rounding of this angle.
+    /// Angle (rad) by which the rotor's driven end turns relative to the stator's in the `tau` (s) after `from`,
+    /// within a stretch. Its error is the rounding of this angle.
     pub fn turned(&self, stretch: usize, from: f64, tau: f64) -> f64 {
         let of = |places: &Places| {
             let drive = places.speed.into_iter();
@@ -310,7 +312,6 @@ impl Excitation {
         of(&self.rotor) - of(&self.stator)
     }
 
-    /// Ringing of the axial motion in any number type, for [`Self::series`].
     pub(super) fn ringing<T: Number>(&self) -> Option<Ringing<T>> {
         self.axial().map(AxialMotion::ringing)
     }
@@ -320,8 +321,8 @@ impl Excitation {
     }
 
     /// Taylor coefficients about `t` by powers of time over `unit` (s), with the [ringing](Self::ringing) of the axial
-    /// motion. Enclosures cover the [signals](Timeline::series) and the [force](AxialMotion::pressing_series) in
-    /// doubles.
+    /// motion. Enclosures contain the values that the [signals](Timeline::series) and the
+    /// [force](AxialMotion::pressing_series) have in doubles.
     pub(super) fn series<T: Number, const N: usize>(
         &self,
         ringing: Option<&Ringing<T>>,
@@ -357,14 +358,13 @@ impl Excitation {
         }
     }
 
-    /// F_n (N) and its rate (N/s) at `t` (s) where F_n is a straight line.
+    /// F_n (N) and its rate (N/s) at `t` (s), where F_n is a straight line.
     pub fn line(&self, stretch: usize, t: f64) -> [f64; 2] {
         let mut series = OutsideSeries::<_, 2>::new();
         self.series(self.ringing_in_doubles(), stretch, t, 1.0, &mut series);
         series.normal_force
     }
 
-    /// Whether the contact is closed just after t = 0.
     pub(super) fn starts_closed(&self) -> bool {
         match &self.normal_force {
             NormalForce::Axial(motion, _) => motion.force.starts_positive(),
@@ -445,7 +445,7 @@ impl Excitation {
         }
     }
 
-    /// Normal force at `t` for a forecast; with an axial mode, the actuating force.
+    /// Normal force at `t` (s) for a forecast. With an axial mode it is the actuating force.
     pub fn smooth_force(&self, t: f64) -> SmoothForce {
         match &self.normal_force {
             NormalForce::Axial(motion, _) => SmoothForce {
@@ -471,7 +471,8 @@ impl Excitation {
         }
     }
 
-    /// [`Self::next_contact_change`] for a signal: roots of its series in each stretch; at a corner, the sign after it.
+    /// [`Self::next_contact_change`] for a signal: roots of its series in each stretch; at a corner, the sign after
+    /// it.
     fn next_zero(&self, index: usize, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         let sign = if closed { 1.0 } else { -1.0 };
         let (mut from, mut departing) = (t, departing);
@@ -521,7 +522,7 @@ impl Excitation {
             self.timeline.series(index, stretch + 1, end, 1.0, &mut c);
             let swing = self.timeline.amplitude(index, stretch + 1, 0);
             if c[0].abs() <= TOUCHING * swing {
-                // A harmonic's value is rounded.
+                // The value of a harmonic is rounded.
                 c[0] = 0.0;
             }
             match c.into_iter().find(|&c| c != 0.0) {
@@ -558,8 +559,8 @@ fn bounds_after(timeline: &Timeline, drive: usize) -> Vec<(f64, f64)> {
     bounds
 }
 
-/// Zero of the polynomial `c` (which includes `lift`) without `lift`, near `share`; `share` itself if the polynomial
-/// hardly falls there.
+/// Zero of the polynomial `c` (which includes `lift`) without `lift`, near `share`. It is `share` itself if the
+/// polynomial hardly falls there.
 fn without_lift(c: &[f64], lift: f64, share: f64) -> f64 {
     let slope = c.iter().enumerate().skip(1).rev();
     let slope = slope.fold(0.0, |sum, (n, c)| sum * share + n as f64 * c);

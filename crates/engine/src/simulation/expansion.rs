@@ -41,20 +41,20 @@ use stickslip_system::numerics::taylor::{self, convolved};
 /// Coefficients of an expansion: order 27.
 pub const TERMS: usize = 28;
 
-/// Coefficients by powers of time since the start over the unit, lowest first.
+/// Coefficients by powers of (time since the start)/unit, lowest first.
 pub type Series<T = f64> = [T; TERMS];
 
-/// Expansion of one motion, reusable for others of the same system. Components and units are those of
-/// [`SystemEquations`]; torques are positive if the contact brakes a rotor that runs ahead of the stator.
+/// Expansion of one motion, reusable for other motions of the same system. Components and units are those of
+/// [`SystemEquations`]. Torques are positive if the contact brakes a rotor that is faster than the stator.
 #[derive(Debug, Clone)]
 pub struct Expansion<T: Number = f64> {
     /// Unit of time, s.
     pub unit: f64,
     /// Number of valid coefficients.
     pub terms: usize,
-    /// Every component of the state.
+    /// Components of the state.
     pub state: Vec<Series<T>>,
-    /// omega_r, rad/s.
+    /// omega_r, rad/s: speed of the rotor's surface relative to the stator's.
     pub relative_velocity: Series<T>,
     /// Torque of the interface, N m: T_f in stick.
     pub interface: Series<T>,
@@ -74,9 +74,9 @@ pub struct Expansion<T: Number = f64> {
 }
 
 struct SurfaceExpansion<T> {
-    /// Torque other than the interface's, in the direction that the interface opposes on the rotor, N m.
+    /// Torque on the surface without the interface's, N m, positive if the interface opposes it on the rotor.
     torque: T,
-    /// Acceleration of the part beyond the surface's shaft, or of the rigid surface, rad/s^2.
+    /// Acceleration of the body beyond the surface's shaft, or of the rigid surface, rad/s^2.
     beyond: T,
 }
 
@@ -106,8 +106,8 @@ impl<T: Number> Expansion<T> {
 
     /// Fills the first [`terms`](Self::terms) coefficients of the motion from `t` (s) and the state `y`, by powers of
     /// time over `unit` (s), for the system and signals of [`Self::new`]. A unit near the time scale of the motion
-    /// keeps coefficients in the range of a double. The location's mode, piece and stretch count even beyond their
-    /// ends.
+    /// keeps the coefficients in the range of a double. The location's mode, piece and stretch are used even beyond
+    /// their ends.
     pub fn expand(
         &mut self,
         (system, excitation): (&SystemEquations<T>, &Excitation),
@@ -269,7 +269,6 @@ impl<T: Number> Expansion<T> {
         }
     }
 
-    /// Coefficient `n` + 1 of the state that the acceleration of a surface (rad/s^2) changes.
     #[inline(always)]
     fn extend_surface(&mut self, side: &Side<T>, n: usize, step: T, acceleration: T, beyond: T) {
         if side.shafts() > 0 {
@@ -350,7 +349,7 @@ impl<T: Number> Expansion<T> {
         }
     }
 
-    /// Coefficient `n` of the torque on one side's surface without the interface, N m.
+    /// Coefficient `n` of the torque on a side's surface without the interface's, N m.
     #[inline(always)]
     fn surface_torque(&self, side: &Side<T>, index: usize, n: usize) -> T {
         let Some(&viscous) = side.viscous.first() else {
@@ -391,7 +390,6 @@ impl<T: Number> Expansion<T> {
         })
     }
 
-    /// Speed of inertia `i` of the rotor (0) or the stator (1), rad/s.
     #[inline(always)]
     pub(super) fn speed(&self, side: &Side<T>, index: usize, i: usize) -> Series<T> {
         std::array::from_fn(|n| self.speed_at(side, index, i, n))
@@ -434,7 +432,7 @@ impl<T: Number> Expansion<T> {
         Some(margin)
     }
 
-    /// Torque that the breakaway test compares with the limit, N m, in stick.
+    /// Torque in stick that the breakaway test compares with the limit, N m.
     pub fn tested(&self, system: &SystemEquations<T>) -> Series<T> {
         let of = |side: &Side<T>, index: usize| std::array::from_fn(|n| self.surface_torque(side, index, n));
         match system.breakaway_test {
@@ -447,7 +445,7 @@ impl<T: Number> Expansion<T> {
     /// State `x` units after the start.
     pub fn at(&self, x: f64, out: &mut [T]) {
         let x = T::of(x);
-        // Four series at once: a single sum would stall on its own latency.
+        // Four series at once: a single sum would wait for its own latency.
         let (fours, rest) = self.state.as_chunks::<4>();
         let (values, others) = out.as_chunks_mut::<4>();
         for (values, four) in values.iter_mut().zip(fours) {
@@ -479,7 +477,7 @@ fn shaft_torque<T: Number>(side: &Side<T>, state: &[Series<T>], i: usize, n: usi
 struct EngagedContact<T> {
     /// mu or g.
     mu: Series<T>,
-    /// Smooth function of a regularised contact, and 1 - t^2 or 1 + v^2.
+    /// Smooth function of a regularised contact, and its helper 1 - t^2 or 1 + v^2.
     smooth: Series<T>,
     helper: Series<T>,
     /// Bristles: 1/g and x z.
@@ -577,10 +575,9 @@ impl<T: Number> EngagedContact<T> {
     }
 }
 
-/// Parts for runs in doubles only.
 impl Expansion {
-    /// Takes the motion along the slow manifold, with the quadratures of `y`, by powers of time in s. Nothing drives
-    /// the system.
+    /// Takes the motion along the slow manifold, with the quadratures of `y`, by powers of time in s. Nothing may
+    /// drive the system.
     pub(super) fn follow(
         &mut self,
         system: &SystemEquations,
@@ -600,7 +597,7 @@ impl Expansion {
         self.quadratures(system, location);
     }
 
-    /// F_n about `t` (s) by powers of time in s, up to its degree. Invalidates the held motion.
+    /// F_n about `t` (s) by powers of time in s, up to its degree. Overwrites the expanded motion's external inputs.
     pub(super) fn pressing(&mut self, excitation: &Excitation, location: &SystemLocation, t: f64) -> &[f64] {
         excitation.series(self.ringing.as_ref(), location.stretch, t, 1.0, &mut self.outside);
         &self.outside.normal_force[..=self.outside.degree]
@@ -613,7 +610,7 @@ impl Expansion {
         }
         let w = &self.relative_velocity;
         let x = longest / self.unit;
-        // The sum of all terms' magnitudes bounds the change of omega_r: powers of x^4, in four sums.
+        // The sum of the magnitudes of all terms bounds the change of omega_r: powers of x^4, in four sums.
         let (fours, rest) = w[1..self.terms].as_chunks::<4>();
         let mut sums = [0.0; 4];
         for (sum, c) in sums.iter_mut().zip(rest) {

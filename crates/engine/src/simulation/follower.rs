@@ -1,4 +1,4 @@
-//! Dense output: polynomials of every channel, fitted piece by piece as the run goes.
+//! Dense output: polynomials of every channel, fitted piece by piece during the run.
 
 use super::options::OutputOptions;
 use nalgebra::DMatrix;
@@ -6,17 +6,18 @@ use stickslip_system::model::Mode;
 use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
 use stickslip_system::record::{Channels, DensePiece, Recorder, RecorderError, State};
 
-/// Largest share of the last two coefficients of each channel in the channel's largest value so far,
+/// A piece is resolved if the last two coefficients of each channel are below this share of the channel's largest
+/// value so far,
 const RESOLVED: f64 = 1e-14;
 
 /// or this share of the relative tolerance.
 const OF_TOLERANCE: f64 = 1e-3;
 
-/// If halving a piece improves its smoothness by less than this factor, only rounding is left in its last coefficients,
+/// If halving a piece improves its smoothness by less than this factor, its last coefficients are rounding,
 const SMOOTHER: f64 = 0.1;
 
-/// provided that they are below this share of the largest value, or the piece is as short as the first of a segment, in
-/// which every motion is smooth.
+/// provided that they are below this share of the largest value, or that the piece is as short as the first of a
+/// segment, in which every motion is smooth.
 const ROUGH: f64 = 1e-9;
 
 /// Roughness of such a short piece, relative to the tolerance. States inside a step of a one-step method come from
@@ -26,7 +27,8 @@ const INSIDE_STEPS: f64 = 0.05;
 /// Coefficients are rounding if none exceeds the last two by more than this factor.
 const FLAT: f64 = 8.0;
 
-/// First piece of a segment in shortest periods; each later one is at most twice as long as the last.
+/// Length of the first piece of a segment in shortest periods. Each later piece is at most twice as long as the one
+/// before.
 const FIRST_SHARE: f64 = 0.25;
 
 /// Pieces of short steps are joined, up to this many shortest periods.
@@ -58,7 +60,7 @@ impl KeptState {
 #[derive(Debug)]
 pub(super) struct Follower {
     first: f64,
-    /// Length to try next, s; 0 at the start of a segment.
+    /// Length of the next attempt, s; 0 at the start of a segment.
     next: f64,
     largest: Vec<f64>,
     longest_joined: f64,
@@ -141,7 +143,7 @@ impl Follower {
             }
             (coefficients, rough, end) = (shorter, of_shorter, middle);
         }
-        // A longer piece is possible if the last quarter of the coefficients is small, or only rounding.
+        // The next piece can be longer if the last quarter of the coefficients is small, or only rounding.
         let quarter = self.roughness(&coefficients, 3 * COEFFICIENTS / 4);
         let easy = quarter <= self.resolved.max(FLAT * rough);
         self.next = if easy { 2.0 } else { 1.0 } * (end - start);
@@ -213,7 +215,6 @@ impl Follower {
         self.open.take().map_or(Ok(()), |piece| self.close(&piece, recorder))
     }
 
-    /// Coefficients from `start` to `end` (s), and the largest share of the last two in the largest value so far.
     fn fitted(
         &mut self,
         start: f64,

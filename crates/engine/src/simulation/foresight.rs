@@ -1,9 +1,9 @@
-//! Strides over the fast modes in slips of a system that does not slow down by itself.
+//! Steps over the fast modes in slips of a system that does not slow down by itself.
 //!
-//! No formula predicts such a slip. It is integrated ahead of the run, accurately enough for sliding speed and normal
-//! force. At each step the spectrum of the linearised slip must show that the fast modes decay for every contact
-//! damping in the step. The slow modes limit the step, so that a resolved mode may grow. The prediction decides about
-//! steps only, and never enters a result.
+//! No formula predicts such a slip. It is integrated ahead of the run, with an accuracy that suffices for sliding speed
+//! and normal force. At each step the spectrum of the linearised slip must show that the fast modes decay for every
+//! contact damping in the step. The slow modes limit the step, so that a resolved mode may grow. The prediction decides
+//! about steps only, and never enters a result.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::plan::sizes;
@@ -16,22 +16,22 @@ use stickslip_system::friction::{Bounds, Law};
 use stickslip_system::model::stability::{Slow, Spectrum, last_quiet_time};
 use stickslip_system::numerics::radau::{Attempt, Radau};
 
-/// Relative tolerance of the prediction: smaller ringing is stepped over, and left to the run.
+/// Relative tolerance of the prediction. Smaller oscillations are stepped over in the prediction, and left to the run.
 const RELATIVE: f64 = 1e-4;
 
-/// Attempted steps of a prediction. A longer slip is predicted piece by piece.
+/// Most attempted steps of a prediction. A longer slip is predicted piece by piece.
 const MOST_ATTEMPTS: usize = 200;
 
-/// Shortest worthwhile step in periods of the fastest mode; modes that move less than a radian in it are slow.
+/// Shortest worthwhile step in periods of the fastest mode. Modes that turn by less than a radian in it are slow.
 pub(super) const LONG: f64 = 4.0;
 
-/// Shortest worthwhile stretch of such steps, in the same periods.
+/// Shortest worthwhile sequence of such steps, in the same periods.
 const SHORTEST_STRETCH: f64 = 50.0;
 
 /// With more twists and speeds the spectra cost more than the saved steps.
 const MOST_COMPONENTS: usize = 40;
 
-/// Doublings of the waiting time after predictions without a quiet stretch.
+/// Number of doublings of the waiting time after predictions that find no quiet time.
 const MOST_DOUBLINGS: i32 = 4;
 
 const LARGEST_GROWTH: f64 = 4.0;
@@ -53,19 +53,19 @@ pub(super) struct Foresight {
     dynamics: Arc<SystemDynamics>,
     spectrum: Spectrum,
     period: f64,
-    /// Corners of signals and kicks, increasing, s. A prediction ends at the next.
+    /// Times of corners of signals and of kicks, increasing, s. A prediction ends at the next one.
     disturbances: Vec<f64>,
     end_time: f64,
     radau: Radau<STAGES>,
-    /// Time of the next prediction, s, and failures since the last quiet stretch or disturbance.
+    /// Time of the next prediction (s), and number of failed predictions since the last quiet time or disturbance.
     ask_at: f64,
     in_vain: i32,
     longest: f64,
 }
 
 impl Foresight {
-    /// For a run to `end_time` (s) with kicks at these times (s). `None` if nothing moves by itself, or the system is
-    /// large.
+    /// For a run to `end_time` (s) with kicks at these times (s). `None` if nothing moves by itself, or if the system
+    /// is large.
     pub fn new(dynamics: &Arc<SystemDynamics>, kicks: impl Iterator<Item = f64>, end_time: f64) -> Option<Foresight> {
         let (system, fastest) = (&dynamics.system, dynamics.rates.fastest);
         let mut disturbances: Vec<f64> = dynamics.excitation.corners().iter().copied().chain(kicks).collect();
@@ -83,18 +83,16 @@ impl Foresight {
         })
     }
 
-    /// Time of the next prediction, s.
     pub fn time(&self) -> Option<f64> {
         self.ask_at.is_finite().then_some(self.ask_at)
     }
 
-    /// Longest step at a location, s.
     pub fn longest_step(&self, location: &SystemLocation) -> Option<f64> {
         let strides = !location.resolved && location.mode.sense() != 0;
         strides.then_some(self.longest).filter(|longest| longest.is_finite())
     }
 
-    /// Restarts planning after an excitation of the fast modes at `t` (s): a change of mode, a kick, a corner.
+    /// Restarts planning after a change of mode, a kick or a corner at `t` (s), which excites the fast modes.
     pub fn enter(&mut self, location: &mut SystemLocation, t: f64) {
         location.resolved = true;
         self.in_vain = 0;
@@ -104,7 +102,7 @@ impl Foresight {
         };
     }
 
-    /// Predicts a slip from `t` (s): whether steps must resolve the fast modes, and until when.
+    /// Predicts a slip from `t` (s): decides whether steps must resolve the fast modes, and until when.
     pub fn ask(&mut self, location: &mut SystemLocation, t: f64, y: &[f64]) {
         if location.mode.sense() == 0 {
             return self.enter(location, t);
@@ -114,7 +112,7 @@ impl Foresight {
         if let Some(ForeseenQuiet { until, longest }) = quiet {
             self.in_vain = 0;
             self.longest = longest;
-            // A slow mode may grow: the next prediction comes halfway through the stretch.
+            // A slow mode may grow, so that the next prediction comes halfway through the quiet time.
             let half = 0.5 * (until.min(self.end_time) - t);
             self.ask_at = until.min(t + half.max(SHORTEST_STRETCH * self.period));
         } else {

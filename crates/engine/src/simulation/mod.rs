@@ -74,7 +74,7 @@ use readings::Readings;
 use std::sync::Arc;
 use stickslip_system::record::EventKind;
 
-/// Transitions within a twentieth of the natural period that mean chattering.
+/// This many transitions within a twentieth of the natural period are chattering.
 const CHATTER_COUNT: usize = 32;
 
 fn automaton<D, R, V>(
@@ -90,7 +90,7 @@ where
     R: Rules<D, Kind = EventKind>,
     V: Readings,
 {
-    // A user who sets the length or number of steps knows how many there are.
+    // A user who sets the length or number of steps knows how many steps there are.
     let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
     let limits = Limits {
         max_events: solver.max_events,
@@ -103,7 +103,7 @@ where
         Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
         other => other,
     };
-    // Pending pieces are handed on even after a failure.
+    // Pending rows are handed on even after a failure.
     let flushed = recording.flush();
     let mut report = recording.into_report();
     let result = result.and_then(|finish| match flushed {

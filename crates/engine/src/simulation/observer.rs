@@ -43,7 +43,6 @@ fn overflow<'v>(
     found.map_or(Ok(()), |((what, ..), &value)| Err(Overflow { time, what, value }))
 }
 
-/// Adds the work of kicks so far and the energy residual.
 fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) -> Channels {
     c.work_perturbation = work_perturbation;
     c.energy_residual = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
@@ -92,8 +91,8 @@ impl<'a, R: Readings> Recording<'a, R> {
         }
     }
 
-    /// Records the motion where it happens, as `output` says. The periods (s) are the natural and the shortest one;
-    /// `foreseen` are the events that the run will have.
+    /// Records the motion where `output` asks for it. The periods (s) are the natural and the shortest one; `foreseen`
+    /// are the predicted events of the run.
     pub(super) fn follow(
         &mut self,
         output: &OutputOptions,
@@ -115,7 +114,6 @@ impl<'a, R: Readings> Recording<'a, R> {
             .map_or(Ok(()), |follower| follower.finish(self.recorder))
     }
 
-    /// Takes no samples before `t` (s).
     pub fn begin_at(&mut self, t: f64) {
         self.times.begin_at(t);
     }
@@ -173,7 +171,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.recorder.sample(&sample)
     }
 
-    /// Hands over a state without a row; the record does not depend on it.
+    /// Hands over a state without a row, so that the record does not depend on it.
     fn strobe(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
         let (state, _) = self.readings.read(t, location, y);
         self.further.clear();
@@ -232,7 +230,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         })
     }
 
-    /// Whether the present sample is the run's last, which follows the report of the last segment.
+    /// Whether the present sample is the run's last, which comes after the report of the last segment.
     fn times_are_over(&self) -> bool {
         self.segments > 0 && self.report.end == self.times.end_time
     }
@@ -312,7 +310,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
             around.event(t, kind);
         }
         let (state_after, _) = self.readings.read(t, after.0, after.1);
-        // After a kick beyond the end of its mode, friction is that of the mode that the reversal begins.
+        // After a kick beyond the end of its mode, friction has the sense that the reversal begins.
         let reversed = f64::from(after.0.mode().sense()) * state_after.relative_velocity < 0.0;
         let place = match after.0.mode() {
             Mode::SlipForward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipBackward),

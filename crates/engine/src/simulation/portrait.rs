@@ -1,4 +1,4 @@
-//! One period of a motion, densely, from a state of a run.
+//! One period of a motion at close intervals, from a state of a run.
 
 use super::plan::SystemPlan;
 use super::rules::SystemRules;
@@ -18,7 +18,7 @@ pub struct Section {
     pub time: f64,
     /// Mode after the event.
     pub mode: Mode,
-    /// Sign of omega_r after the event, or of its later direction.
+    /// Sign of omega_r after the event or, at rest, of its later direction.
     pub sense: i8,
     /// A recorder's further values after the event.
     pub further: Vec<f64>,
@@ -31,8 +31,8 @@ pub struct PortraitPoint {
     pub time: f64,
     /// Mode of the contact.
     pub mode: Mode,
-    /// Position of a tied surface relative to its far end, rad; in a free train with shafts the first twist; otherwise
-    /// the slip displacement since the start of the period.
+    /// Position of a tied surface relative to its far end, rad. In a free train with shafts it is the first twist,
+    /// otherwise the slip displacement since the start of the period.
     pub position: f64,
     /// Rate of the position, rad/s.
     pub velocity: f64,
@@ -45,7 +45,7 @@ pub struct PortraitPoint {
 /// One period.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Portrait {
-    /// In order of time; events appear twice, with the states before and after.
+    /// Points in order of time. Events appear twice, with the states before and after.
     pub points: Vec<PortraitPoint>,
     /// Meaning of [`PortraitPoint::position`]: "stator", "rotor", "stator twist", "rotor twist", or "slip".
     pub of: &'static str,
@@ -60,8 +60,8 @@ struct Points<'a> {
     end: f64,
 }
 
-/// Displayed position: a tied surface, or the first twist of a free train; the stator first. With its name, the number
-/// of summed shafts, and the sign of the sum.
+/// Displayed position: a tied surface, or the first twist of a free train, of the stator if possible. Its name, the
+/// number of summed shafts, and the sign of the sum.
 pub(super) fn shown(dynamics: &SystemDynamics) -> Option<(&Side, &'static str, usize, f64)> {
     let system = &dynamics.system;
     let sides = [&system.stator, &system.rotor];
@@ -88,7 +88,7 @@ pub(super) fn position(dynamics: &SystemDynamics, y: &[f64]) -> Option<(f64, f64
     }))
 }
 
-/// [`Portrait::of`] for a case.
+/// [`Portrait::of`] for a system.
 pub fn position_of(system: &System) -> &'static str {
     shown(&SystemDynamics::new(system, 0.0)).map_or("slip", |shown| shown.1)
 }
@@ -174,12 +174,16 @@ pub(super) fn state_of(dynamics: &SystemDynamics, further: &[f64]) -> Vec<f64> {
     y
 }
 
-/// Intervals in a turn of the fastest mode or signal: a cubic errs by (2 pi/2000)^4/384 of an amplitude, 3e-13.
+/// Intervals in a turn of the fastest mode or signal. The error of a cubic is (2 pi/2000)^4/384 of an amplitude,
+/// 3e-13.
 const INTERVALS_PER_TURN: f64 = 2000.0;
 
 const INTERVALS: (f64, f64) = (4000.0, 400_000.0);
 
-/// The motion from `section` for `period` (s) by the Taylor series, at equal intervals and at its events.
+/// The motion from `section` for `period` (s) by Taylor series, at equal intervals and at its events. `threshold` is
+/// in rad/s.
+///
+/// # Errors
 /// Errors of a run.
 pub fn portrait(system: &System, threshold: f64, section: &Section, period: f64) -> Result<Portrait, RunError> {
     let dynamics = Arc::new(SystemDynamics::new(system, threshold));

@@ -33,8 +33,8 @@ impl ReadingPlace for Mode {
 pub(super) trait Readings {
     type Place: ReadingPlace;
 
-    /// State at `t`; and forces, torques and energies, without the work of kicks and the residual, which need the
-    /// history.
+    /// State at `t` (s), with its forces, torques and energies. The work of kicks and the residual are missing,
+    /// because they depend on earlier events.
     fn read(&self, t: f64, place: &Self::Place, y: &[f64]) -> (State, Channels);
 
     fn kinetic_energy(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
@@ -42,7 +42,7 @@ pub(super) trait Readings {
     /// T_f / r, N.
     fn internal_force(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
 
-    /// Appends the values beyond [`State`], equally many at every time.
+    /// Appends the values beyond [`State`], of the same number at every time.
     fn further(&self, _t: f64, _place: &Self::Place, _y: &[f64], _out: &mut Vec<f64>) {}
 }
 

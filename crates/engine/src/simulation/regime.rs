@@ -1,4 +1,4 @@
-//! Where the steps of a slip must resolve the fast modes, and where they may stride over them.
+//! Decides where the steps of a slip must resolve the fast modes, and where they may step over them.
 
 use super::dynamics::{SystemDynamics, SystemLocation};
 use std::sync::Arc;
@@ -7,22 +7,24 @@ use stickslip_system::model::Mode;
 use stickslip_system::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, oscillation};
 use stickslip_system::model::stability::{FastModes, Forecast, QuietStretch, bent_sliding};
 
-/// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
-/// The same damping must lie between the last unresolved step and the instability, so that errors of unresolved steps
-/// decay before they can be amplified.
+/// Damping, in e-folds, after which an excitation of the fast mode has vanished: e^-40 is below the rounding of any
+/// double. The same damping must lie between the last unresolved step and the instability, so that errors of
+/// unresolved steps decay before they can be amplified.
 pub(super) const QUIET_E_FOLDS: f64 = 40.0;
 
-/// Damping after which exact sliding is on the slow manifold to every digit, even if growth of e^20 follows.
+/// Damping, in e-folds, after which exact sliding is on the slow manifold to every digit, even if growth of e^20
+/// follows.
 const CALM_E_FOLDS: f64 = 60.0;
 
-/// [`QuietStretch::time_scale_ratio`] up to which sliding follows its slow manifold. Here the manifold's series gives a
-/// stop to 1e-12 s; at four times the ratio, to 1e-9 s.
+/// Largest [`QuietStretch::time_scale_ratio`] at which sliding follows its slow manifold. Here the manifold's series
+/// gives a stop to 1e-12 s; at four times the ratio, to 1e-9 s.
 pub(super) const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
 
-/// Deviations from the slow manifold below this share of a kick are noise.
+/// Share of a kick below which deviations from the slow manifold are noise.
 const NOISE_OF_KICK: f64 = 1e-3;
 
-/// Largest error of the manifold's series, relative to the deviation from it, for which the deviation is the state's.
+/// Largest error of the manifold's series, relative to the deviation from it, for which the deviation belongs to the
+/// state.
 const ERROR_OF_MANIFOLD: f64 = 0.1;
 
 /// Periods of the fast mode between two decisions while it is resolved.
@@ -30,9 +32,9 @@ pub(super) const REPLAN_PERIODS: f64 = 50.0;
 
 #[derive(Debug, Clone, Copy)]
 enum Regime {
-    /// Change from unresolved to resolved steps.
+    /// Time of a change from unresolved to resolved steps, s.
     Resolve(f64),
-    /// Change to unresolved steps, if this is still allowed then.
+    /// Time of a change to unresolved steps, if they are still allowed then, s.
     Relax(f64),
     Ask(f64),
     Keep,
@@ -55,7 +57,7 @@ pub(super) struct Steps {
     pub follows_smooth_sliding: bool,
     /// Whether stick and separation are integrated; otherwise they are solved as linear motions.
     pub integrates_linear_motion: bool,
-    /// For a method of high order that strides over a dead oscillation, but not over a live one.
+    /// For a method of high order that steps over a decayed oscillation, but not over an active one.
     pub stride: Option<Stride>,
 }
 
@@ -74,16 +76,16 @@ pub(super) struct Regimes {
     end_time: f64,
     steps: Steps,
     regime: Regime,
-    /// Time from which the fast modes have decayed by [`CALM_E_FOLDS`] since the last disturbance.
+    /// Time from which the fast modes have decayed by [`CALM_E_FOLDS`] since the last disturbance, s.
     calm_from: f64,
-    /// Until then the present slip is smooth to every digit, and nothing has to be resolved.
+    /// Time until which the present slip is smooth to every digit, so that nothing has to be resolved, s.
     smooth_until: f64,
-    /// Time, relative velocity, and last forecast: one instant may ask for it twice.
+    /// Time (s), relative velocity (rad/s), and last forecast: one instant may need it twice.
     forecast: Option<(f64, f64, Forecast)>,
 }
 
 impl Regimes {
-    /// `None` if sliding does not slow down by itself, or a part has no spring.
+    /// `None` if sliding does not slow down by itself, or if a part has no spring.
     pub fn new(dynamics: &Arc<SystemDynamics>, end_time: f64, steps: Steps) -> Option<Regimes> {
         let system = &dynamics.system;
         let twice_resistance = system.twice_resistance.filter(|_| has_slow_manifold(system))?;
@@ -100,7 +102,6 @@ impl Regimes {
         })
     }
 
-    /// Time of the next decision, s.
     pub fn time(&self) -> Option<f64> {
         self.regime.time()
     }
@@ -120,8 +121,8 @@ impl Regimes {
         self.look_ahead(location, t, y, true);
     }
 
-    /// Whether steps must resolve the fast modes at `t`, and until when. `excited`: something may just have excited
-    /// them.
+    /// Decides whether steps must resolve the fast modes at `t` (s), and until when. `excited`: something may just
+    /// have excited the fast modes.
     pub fn look_ahead(&mut self, location: &mut SystemLocation, t: f64, y: &[f64], excited: bool) {
         let ask_again = Regime::Ask(t + REPLAN_PERIODS * self.period);
         let (resolved, regime) = if location.mode.sense() == 0 {
@@ -159,8 +160,8 @@ impl Regimes {
         }
     }
 
-    /// For long strides in the slip at `t` with the relative velocity `w` (rad/s): the speed (rad/s) below which the
-    /// motion bends too much, and the time at which the ringing of the normal force has died.
+    /// For long strides in the slip at `t` (s) with the relative velocity `w` (rad/s): the speed (rad/s) below which
+    /// the motion bends too much, and the time (s) at which the ringing of the normal force has decayed.
     fn stride_ahead(&self, t: f64, w: f64) -> Option<(f64, f64)> {
         let Stride { step, relative } = self.steps.stride?;
         let SystemDynamics { system, excitation, .. } = &*self.dynamics;
@@ -183,7 +184,7 @@ impl Regimes {
         Some(&self.forecast.insert(forecast).2)
     }
 
-    /// Plans the steps after a weak excitation of the fast modes: a corner of a signal or of the law.
+    /// A corner of a signal or of the law excites the fast modes only weakly.
     pub fn pass_corner(&mut self, location: &mut SystemLocation, t: f64, y: &[f64], resolved: bool) {
         self.disturb(location, t, y);
         let excited = resolved || self.steps.stride.is_some() && location.mode.sense() != 0;
@@ -198,7 +199,7 @@ impl Regimes {
         self.calm_from = self.time_of_calm(location, t, y);
     }
 
-    /// Time at which an excitation of the fast modes at `t` will have decayed; infinite if unknown.
+    /// Time at which an excitation of the fast modes at `t` will have decayed, s; infinite if unknown.
     fn time_of_calm(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> f64 {
         if location.mode.sense() == 0 || self.dynamics.stability_margin(location, t, y) < 0.0 {
             return f64::INFINITY;
@@ -210,8 +211,8 @@ impl Regimes {
         calm.unwrap_or(f64::INFINITY)
     }
 
-    /// Whether the slip at `t` stays smooth up to the next corner of F or to its stop: the present disturbance then
-    /// decays by more e-folds than instability can bring back, and an L-stable method that strides over the fast modes
+    /// Whether the slip at `t` (s) stays smooth up to the next corner of F or to its stop. The present disturbance
+    /// then decays by more e-folds than instability can restore, and an L-stable method that steps over the fast modes
     /// follows the exact solution.
     fn foresee_smooth_sliding(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> bool {
         let w = self.relative_velocity(location, t, y);
@@ -250,22 +251,22 @@ impl Regimes {
         }
         if matches!(self.regime, Regime::Resolve(_)) {
             self.regime = Regime::Ask(t + REPLAN_PERIODS * self.period);
-            // Within the lead to the instability the decision would be the same.
+            // In the lead time before the instability the decision would be the same.
             location.resolved = true;
         } else {
-            // A slip that starts with its case counts as ringing only for a method with strides.
+            // A slip at the start of its case counts as excited only for a method with strides.
             let rings = t > 0.0 || location.mode.sense() == 0 || self.steps.stride.is_some();
             let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved && rings;
             self.look_ahead(location, t, y, excited);
         }
     }
 
-    /// The state to which a kick of `delta` (rad/s) is added.
+    /// The state to which a kick of `delta` (rad/s) is added, if it is not the computed state.
     ///
     /// After long undisturbed sliding the exact motion is on the slow manifold, and deviations of the computed state
-    /// are rounding, amplified since the loss of stability. A kick of 1e-4 rad/s on the manifold itself keeps four more
-    /// digits. Deviations are kept if they are too large for noise, or explained by the error of the manifold's series,
-    /// which is less accurate than an integrator if friction changes fast.
+    /// are rounding, amplified since the loss of stability. A kick of 1e-4 rad/s on the manifold itself keeps four
+    /// more digits. Deviations are kept if they are too large for noise, or if the error of the manifold's series
+    /// explains them: the series is less accurate than an integrator if friction changes fast.
     pub fn before_kick(&self, location: &SystemLocation, t: f64, y: &[f64], delta: f64) -> Option<Vec<f64>> {
         let SystemDynamics { system, excitation, .. } = &*self.dynamics;
         let slips = matches!(location.mode, Mode::SlipForward | Mode::SlipBackward);

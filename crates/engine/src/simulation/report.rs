@@ -15,19 +15,19 @@ pub struct Progress {
     pub events: usize,
 }
 
-/// Guards that came as near to their boundaries as the solver can tell and turned, or had just left them: a change of
-/// the contact there, and its duration, are undecided.
+/// Near misses: guards that came as near to their boundaries as the solver can tell and turned, or had just left them.
+/// Whether the contact changes there, and for how long, is undecided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grazing {
-    /// Number of occurrences.
+    /// Number of near misses.
     pub count: usize,
-    /// First time, s.
+    /// Time of the first one, s.
     pub time: f64,
-    /// First guard.
+    /// Guard of the first one.
     pub guard: &'static str,
 }
 
-/// Summary of a run; everything else went to the recorder.
+/// Summary of a run; samples and segments went to the recorder.
 #[derive(Debug, Clone, Default)]
 pub struct RunReport {
     /// End time, s.
@@ -46,15 +46,15 @@ pub struct RunReport {
     pub energy_turnover: f64,
     /// Total energy at the start, J.
     pub initial_energy: f64,
-    /// Undecided grazing.
+    /// Near misses whose outcome is undecided, if there are any.
     pub grazing: Option<Grazing>,
-    /// Kicks of the case that the run did not reach.
+    /// Number of kicks of the case that the run did not reach.
     pub kicks_never_given: usize,
-    /// Kicks among them that wait for an instability that did not come.
+    /// Number of those kicks that wait for an instability that did not come.
     pub kicks_without_instability: usize,
     /// Whether one surface's torque alone is compared with the breakaway torque.
     pub one_sided_test: bool,
-    /// Whether the first stop ended sliding on its slow manifold, so that no rounding had grown.
+    /// Whether sliding ended on its slow manifold at the first stop, so that no rounding had grown.
     pub stopped_smoothly: bool,
 }
 

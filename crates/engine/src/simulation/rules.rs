@@ -23,13 +23,14 @@ pub(super) struct SystemRules {
     next_kick: usize,
     pub waiting_kicks: Vec<Kick>,
     next_corner: usize,
-    /// Next change of the contact; outer `None`: not searched yet.
+    /// Next change of the contact. The outer `None` means that it has not been searched yet.
     contact_change: Option<Option<ContactChange>>,
     departing: bool,
-    /// For sliding that slows down by itself, and for other systems. With neither, all steps resolve all modes.
+    /// `regimes` is for sliding that slows down by itself, `foresight` for other systems. With neither, all steps
+    /// resolve all modes.
     regimes: Option<Regimes>,
     foresight: Option<Foresight>,
-    /// The first stop ended smooth sliding, on which rounding does not grow.
+    /// Whether the first stop ended smooth sliding, on which rounding does not grow.
     pub stopped_smoothly: bool,
 }
 
@@ -59,7 +60,6 @@ impl SystemRules {
         }
     }
 
-    /// Makes all steps resolve the fast modes.
     pub fn resolving_all(self) -> Self {
         SystemRules {
             regimes: None,
@@ -68,7 +68,7 @@ impl SystemRules {
         }
     }
 
-    /// Location at t = 0 for a state; surfaces of equal speed are joined.
+    /// Location at t = 0. Surfaces of equal speed are joined in the state `y`.
     pub fn initial_location(&mut self, y: &mut [f64]) -> SystemLocation {
         let mut location = self.blank(0.0);
         if self.dynamics.excitation.starts_closed() {
@@ -87,8 +87,8 @@ impl SystemRules {
         self.foresight = foresight.flatten();
     }
 
-    /// Location of a run that begins in a closed contact later than t = 0: timed kicks up to then, and kicks that wait
-    /// for a loss of stability, have been given.
+    /// Location of a run that begins in a closed contact later than t = 0. Timed kicks up to `t` (s), and kicks that
+    /// wait for a loss of stability, have been given.
     pub fn location_at(&mut self, t: f64, y: &mut [f64]) -> SystemLocation {
         self.next_kick = self.kicks.partition_point(|kick| kick.0 <= t);
         self.waiting_kicks.clear();
@@ -140,8 +140,8 @@ impl SystemRules {
         }
     }
 
-    /// Location of a closing contact: slip in the sense of the relative velocity. If that is only rounding, it is
-    /// removed from the state, and the stick test decides.
+    /// Location of a closing contact: slip in the sense of the relative velocity. If this velocity is only rounding,
+    /// it is removed from the state, and the stick test decides.
     fn in_contact(&mut self, location: &SystemLocation, t: f64, y: &mut [f64]) -> SystemLocation {
         let dynamics = self.dynamics.clone();
         let system = &dynamics.system;
@@ -175,7 +175,7 @@ impl SystemRules {
         let outside = self.dynamics.outside(location, t);
         self.dynamics.system.join(&outside, &mut joined);
         let mode = self.settle(location, t, &joined);
-        // Zero is only touched if the torque continues in the same sense.
+        // The speed only touches zero if the torque continues in the same sense.
         if mode == location.mode {
             return Transition::new(None, SystemLocation { piece: 0, ..*location }, joined);
         }
@@ -188,13 +188,13 @@ impl SystemRules {
         Transition::new(kind, SystemLocation { piece: 0, ..location }, joined)
     }
 
-    /// Transition after a jump of omega_r. An engaged contact has the event of its threshold if the jump has crossed
-    /// it.
+    /// Transition after a jump of omega_r. A contact without stick has the event of its threshold if the jump has
+    /// crossed it.
     fn after_jump(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<SystemTransition> {
         let outside = self.dynamics.outside(location, t);
         let system = &self.dynamics.system;
         let w = system.relative_velocity(&outside, y);
-        // Rounding of a jump of both surfaces is no relative jump.
+        // Rounding in a jump of both surfaces is no relative jump.
         let rests = w.abs() <= VELOCITY_NOISE * system.relative_velocity_terms(&outside, y);
         match location.mode {
             Mode::Separated => None,
@@ -302,7 +302,6 @@ impl SystemRules {
         transitions
     }
 
-    /// Transitions at a zero of the margin of steady sliding; its first loss releases the waiting kicks.
     fn stability_changes(&mut self, location: &mut SystemLocation, t: f64, state: &mut [f64]) -> Vec<SystemTransition> {
         let is_lost = location.watch == MarginWatch::Stable;
         let (kind, watch) = if is_lost {
@@ -348,10 +347,9 @@ fn crossing(slow: bool) -> EventKind {
     if slow { EventKind::Stick } else { EventKind::Slip }
 }
 
-/// Largest chattering window, relative to the run.
 const CHATTER_SHARE: f64 = 1e-6;
 
-/// Smaller relative changes of a speed at a corner are no jumps.
+/// Smaller relative changes of a speed at a corner are rounding, and no jumps.
 const JUMP: f64 = 1e-12;
 
 impl Rules<SystemDynamics> for SystemRules {
@@ -440,7 +438,7 @@ impl Rules<SystemDynamics> for SystemRules {
             } else {
                 location.piece + 1
             };
-            // The slope of friction jumps there, and so does the margin.
+            // The slope of friction jumps at a knot, and so does the margin.
             let outside = self.dynamics.outside(&location, t);
             let system = &self.dynamics.system;
             let margin = system.stability_guard(location.sign(), location.piece, &outside, y);

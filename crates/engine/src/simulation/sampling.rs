@@ -5,12 +5,13 @@ use std::collections::VecDeque;
 use stickslip_system::record::{Event, EventKind};
 
 /// Sample times of a run in order, each once: multiples of the interval outside the windows, from + k interval inside
-/// them, and the end.
+/// them, and the end time.
 #[derive(Debug, Clone)]
 pub struct SampleTimes {
     /// End of the run, s.
     pub end_time: f64,
-    /// Disjoint stretches in order: (from, to, interval, origin); samples at origin + k interval in [from, to).
+    /// Disjoint stretches in order: (from, to, interval, origin) in s. Samples are at origin + k interval in [from,
+    /// to).
     stretches: Vec<(f64, f64, f64, f64)>,
     stretch: usize,
     count: f64,
@@ -31,7 +32,7 @@ impl SampleTimes {
         let mut stretches: Vec<(f64, f64, f64, f64)> = Vec::new();
         for pair in cuts.windows(2) {
             let (from, to) = (pair[0], pair[1]);
-            // In overlapping windows the densest counts.
+            // Among overlapping windows the densest counts.
             let window = output
                 .windows
                 .iter()
@@ -54,14 +55,14 @@ impl SampleTimes {
         times
     }
 
-    /// Skips times before `t` (s).
+    /// Skips the times before `t` (s).
     pub fn begin_at(&mut self, t: f64) {
         while self.next < t {
             self.advance();
         }
     }
 
-    /// Moves on to the next time.
+    /// Advances to the next time.
     pub fn advance(&mut self) {
         if self.stretch >= self.stretches.len() {
             self.next = f64::INFINITY;
@@ -83,7 +84,8 @@ impl SampleTimes {
             None => self.next = self.end_time,
             Some(&(from, to, interval, origin)) => {
                 let t = origin + self.count * interval;
-                // A sample just before the end of its stretch (by rounding) is the first of the next stretch.
+                // A sample that is by rounding just before the end of its stretch is the first sample of the next
+                // stretch.
                 if t < to - 1e-9 * interval.min(to - from) {
                     self.next = t.max(from);
                 } else {
@@ -97,14 +99,14 @@ impl SampleTimes {
 
 const MOST_AROUND: usize = 300_000;
 
-/// Samples in a stretch between two events; a shorter stretch has its own interval.
+/// Number of samples between two events that are close together; such a stretch has its own interval.
 const BETWEEN: f64 = 20.0;
 
 /// Smallest distance of a sample around an event from the last sample, in intervals.
 const APART: f64 = 1e-3;
 
-/// Sample times around events: multiples of an interval, from a margin before a foreseen event to a margin after it; a
-/// short stretch between two foreseen events has enough samples for a curve.
+/// Sample times around events: multiples of an interval, from a margin before a predicted event to a margin after it.
+/// A short stretch between two predicted events has enough samples for a curve.
 #[derive(Debug, Clone)]
 pub(super) struct TimesAround {
     around: Around,
@@ -112,9 +114,9 @@ pub(super) struct TimesAround {
     interval: f64,
     end_time: f64,
     wanted: VecDeque<(f64, f64)>,
-    /// Stretches between two foreseen events shorter than [`BETWEEN`] intervals, in order of time.
+    /// Stretches between two predicted events that are shorter than [`BETWEEN`] intervals, in order of time.
     short: VecDeque<(f64, f64)>,
-    /// Time span without samples because there would be too many, s.
+    /// Time span without samples, because there would be too many, s.
     left_out: Option<(f64, f64)>,
     /// Next time, s; infinite if there is none.
     pub next: f64,
@@ -164,7 +166,7 @@ impl TimesAround {
         if let Some(stop) = self.left_out.map(|span| span.0).filter(|&stop| t <= stop) {
             to = to.min(stop);
         }
-        // Foreseen stretches may lie after it.
+        // Stretches around predicted events may lie after this one.
         let at = self.wanted.partition_point(|stretch| stretch.1 < from);
         while let Some(&next) = self.wanted.get(at).filter(|next| next.0 <= to) {
             (from, to) = (from.min(next.0), to.max(next.1));
@@ -184,8 +186,8 @@ impl TimesAround {
         wide.chain(short).sum()
     }
 
-    /// If there are too many foreseen samples, half of the limit are the first and half are the last: a motion that
-    /// becomes periodic is seen at its beginning and in its final form.
+    /// Limits the samples around predicted events: half of the limit are the first samples, half are the last. A
+    /// motion that becomes periodic is then seen at its beginning and in its final form.
     fn limit(&mut self) {
         let (all, most) = (self.count(self.end_time), MOST_AROUND as f64);
         if all <= most {
@@ -225,7 +227,7 @@ impl TimesAround {
     pub(super) fn taken(&mut self, t: f64) {
         if t == self.next {
             self.left -= 1;
-            // More samples than foreseen, by rounding or by events at other times.
+            // There are more samples than predicted, by rounding or by events at other times.
             if self.left == 0 && self.left_out.is_none_or(|span| t < span.0) {
                 log::warn!(
                     "there are no more dense samples around events after {t:?} s and {MOST_AROUND} of them: set output.margin or \

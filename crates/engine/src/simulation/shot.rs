@@ -26,21 +26,21 @@ const MOST_EVENTS: usize = 20_000;
 
 const MOST_STEPS: u64 = 2_000_000;
 
-/// Limits of a period with derivatives: if a stick has no length, rounding can make thousands of both.
+/// Limits of a period with derivatives: if a stick has no length, rounding can make thousands of events and steps.
 const MOST_EVENTS_OF_PERIOD: usize = 500;
 const MOST_STEPS_OF_PERIOD: u64 = 20_000;
 
-/// Zero-length segments in a row: near a border rounding can make any number of them.
+/// Most zero-length segments in a row: near a border rounding can make any number of them.
 const MOST_IDLE: u32 = 50;
 
-/// Points of a step for the search of extrema. A step is at most some radians of the fastest motion.
+/// Number of intervals of a step in which extrema are searched. A step is at most some radians of the fastest motion.
 const POINTS_OF_STEP: usize = 12;
 
-/// Shares of a step at which component sizes are measured without that search.
+/// Shares of a step at which the sizes of components are measured if no extrema are wanted.
 const POINTS_OF_SIZES: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// A speed at a slip's start below this share of the largest so far is zero; likewise a stick's distance from its
-/// limit.
+/// A speed at a slip's start counts as zero below this share of the largest so far, and so does a stick's distance
+/// from its limit.
 const AT_REST: f64 = 1e-9;
 
 const HALVINGS: usize = 60;
@@ -120,8 +120,8 @@ impl Border {
         }
     }
 
-    /// Whether derivatives are bounded on this side of the border; a vanishing phase has a root, and so has one that
-    /// ends with a vanishing rate.
+    /// Whether derivatives are bounded on this side of the border. They have a root if a phase vanishes, or if it ends
+    /// with a vanishing rate.
     pub fn is_regular(self) -> bool {
         !self.grazes() && !matches!(self, Border::Landing | Border::Slip | Border::Separation)
     }
@@ -131,7 +131,7 @@ impl Border {
         self != self.seen_within()
     }
 
-    /// The same border from the side on which the phase does not end there.
+    /// The same border, seen from the side on which the phase does not end there.
     pub fn seen_within(self) -> Border {
         match self {
             Border::Graze => Border::Touch,
@@ -152,7 +152,7 @@ pub struct Margin {
     pub distance: f64,
 }
 
-/// A stretch of time in one mode.
+/// A time interval in one mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShotPhase {
     /// Mode of the contact.
@@ -161,8 +161,8 @@ pub struct ShotPhase {
     pub from: f64,
     /// End, s.
     pub to: f64,
-    /// Largest |omega_r| of a slip; largest depth of F_n below zero in a separation, over the largest F_n; otherwise,
-    /// and without extrema, 0.
+    /// Largest |omega_r| (rad/s) of a slip, or largest depth of F_n below zero over the largest F_n in a separation.
+    /// In other modes, and without extrema, 0.
     pub depth: f64,
 }
 
@@ -186,7 +186,8 @@ pub struct Peak {
     pub state: DVector<f64>,
 }
 
-/// The motion over a time. States have the mechanical components only: twists, rates, speeds of free chains, bristles.
+/// The motion over a time interval. States have the mechanical components only: twists, rates, speeds of free chains,
+/// bristles.
 #[derive(Debug, Clone)]
 pub struct Shot {
     /// State at the end.
@@ -197,25 +198,25 @@ pub struct Shot {
     pub end_rates: DVector<f64>,
     /// d(end)/d(start).
     pub by_state: DMatrix<f64>,
-    /// d(end)/d(parameter): a column for each parameter.
+    /// d(end)/d(parameter), a column for each parameter.
     pub by_number: DMatrix<f64>,
-    /// Events on the way, in order of time.
+    /// Events in order of time.
     pub events: Vec<ShotEvent>,
-    /// Smooth stretches on the way, in order of time.
+    /// Phases in order of time.
     pub phases: Vec<ShotPhase>,
-    /// Largest magnitude of each component.
+    /// Largest magnitude of each component of the state.
     pub sizes: Vec<f64>,
     /// Maxima of |omega_r|, if extrema are wanted.
     pub peaks: Vec<Peak>,
     /// Distances from borders, if extrema are wanted.
     pub margins: Vec<Margin>,
-    /// Smallest and largest position of a portrait, if extrema are wanted; NaN for a system without one.
+    /// Smallest and largest position of a portrait (rad), if extrema are wanted; NaN for a system without a position.
     pub position: (f64, f64),
     /// Smallest and largest omega_r, rad/s, if extrema are wanted.
     pub relative_velocity: (f64, f64),
 }
 
-/// Reasons for a missing motion.
+/// Why there is no motion.
 #[derive(Debug)]
 pub enum ShotError {
     /// The run failed.
@@ -227,7 +228,8 @@ pub enum ShotError {
 /// Wanted results of a motion.
 #[derive(Clone, Copy)]
 pub struct WantedResults<'a> {
-    /// Parameters of the derivatives (the state is always included); `None`: no derivatives.
+    /// Parameters of the derivatives by parameters; `None` for no derivatives at all. Derivatives by the state are
+    /// always included.
     pub derivatives: Option<&'a [MovedCases]>,
     /// Whether to find peaks and margins.
     pub extrema: bool,
@@ -301,7 +303,6 @@ impl Tape<'_> {
         self.rates = [None; 3];
     }
 
-    /// Curve of a mode, and its rate: |omega_r| in slip, 1 - |T|/(mu_0 r F_n) in stick.
     fn watched(&self, location: &SystemLocation, t: f64, y: &[f64]) -> (f64, f64) {
         let system = &self.dynamics.system;
         let outside = self.dynamics.outside(location, t);
@@ -365,7 +366,7 @@ impl Tape<'_> {
                     continue;
                 };
                 self.reach(which, location.mode, value);
-                // At the start of a slip at rest, or of a stick at its limit, a rate has no sign.
+                // At the start of a slip from rest, or of a stick at its limit, a rate has no sign.
                 let begins = self.phases.last().is_some_and(|phase| phase.from == t);
                 let fastest = self.speed.0.abs().max(self.speed.1.abs());
                 let size = if location.mode == Mode::Stick { 1.0 } else { fastest };
@@ -433,8 +434,8 @@ impl Tape<'_> {
         }
     }
 
-    /// Distance from the border beyond which a phase only touches the guard that ends it: rate and curvature of the
-    /// guard give its least value if the phase went on. None if it would go on to fall.
+    /// Distance from the border beyond which a phase only touches the guard that ends it. Rate and curvature of the
+    /// guard give its least value if the phase continued. None if the guard would continue to fall.
     fn graze(&mut self, time: f64, location: &SystemLocation, y: &[f64]) {
         let SystemDynamics { system, excitation, .. } = self.dynamics;
         let mut beyond = Expansion::new(system, excitation);
@@ -466,7 +467,6 @@ impl Tape<'_> {
     }
 }
 
-/// Zero of a rate between two times; `rises`: negative at the first.
 fn between(
     mut low: f64,
     mut high: f64,
@@ -585,7 +585,7 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
 
 type SystemStart = Start<SystemLocation>;
 
-/// Derivative of the joined start state by the given one: surfaces that stick have one speed.
+/// Derivative of the joined start state by the given state: surfaces that stick have one speed.
 fn start_slopes(dynamics: &SystemDynamics, start: &SystemStart) -> DMatrix<f64> {
     let n = dynamics.system.mechanical();
     if start.location.mode != Mode::Stick {
@@ -647,8 +647,10 @@ fn numbers(
     all
 }
 
-/// The motion of a system from `state` at `from` (s) over `time` (s), in a closed contact. Errors of a
-/// run, and an interruption.
+/// The motion of a system from `state` at `from` (s) over `time` (s), in a closed contact. `threshold` is in rad/s.
+///
+/// # Errors
+/// Errors of a run, or an interruption by `wanted.stop`.
 pub fn shoot(
     (system, threshold): (&System, f64),
     (from, state): (f64, &DVector<f64>),

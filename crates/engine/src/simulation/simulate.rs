@@ -17,17 +17,18 @@ use stickslip_system::model::system::{ContactLaw, System};
 use stickslip_system::model::{BreakawayTest, Mode};
 use stickslip_system::record::{Event, EventDigest, NoRecorder, Recorder};
 
-/// State quantities of a case beyond [`State`](stickslip_system::record::State), in a recorder's order.
+/// State quantities of a system beyond [`State`](stickslip_system::record::State), in a recorder's order.
 pub fn further(system: &System) -> Vec<Further> {
     state_readings::further_names(&SystemEquations::new(system))
 }
 
-/// Shorter period of a surface on its shaft, or else of the fastest motion, s; `None` if nothing moves by itself.
+/// Shorter period of a surface on its shaft, otherwise the period of the fastest motion, s; `None` if nothing moves by
+/// itself.
 pub fn natural_period(system: &System) -> Option<f64> {
     SystemDynamics::new(system, 0.0).natural_period()
 }
 
-/// Settings of a solver in slip.
+/// Tolerances and step bound of a solver in slip.
 #[derive(Debug, Clone, Copy)]
 pub struct SolverSettings {
     /// Relative tolerance.
@@ -42,8 +43,8 @@ pub struct SolverSettings {
     pub max_step: Option<f64>,
 }
 
-/// Settings of a case's solvers in slip at the initial speed, after the last corner of its signals: where steps may
-/// stride over the fast modes (if the method strides), and where they resolve them.
+/// Settings of a run's solvers in slip at the initial speed, after the last corner of its signals. The first are for
+/// steps over the fast modes (if the method takes such steps), the second for steps that resolve them.
 pub fn solver_settings(system: &System, solver: &SolverOptions) -> [SolverSettings; 2] {
     let dynamics = Arc::new(SystemDynamics::new(system, 0.0));
     let start = start(system, &dynamics);
@@ -107,7 +108,7 @@ pub(super) fn start(system: &System, dynamics: &SystemDynamics) -> Vec<f64> {
     y
 }
 
-/// A system to run.
+/// A system to run, with what is recorded of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Simulation<'a> {
     /// The system.
@@ -142,7 +143,7 @@ pub(super) fn prepared(
 const MOST_STEPS_FORESEEN: usize = 1_000_000;
 
 /// Predicted events of a run up to `end` (s), by the fastest method. If the run's own method has an event at another
-/// time, as after amplified rounding, dense samples begin with the event.
+/// time, for example after amplified rounding, dense samples begin at the event.
 fn foreseen(problem: Simulation<'_>, from: Option<(f64, &[f64])>, solver: &SolverOptions, end: f64) -> Vec<Event> {
     let quick = SolverOptions {
         method: Method::Series,
@@ -160,8 +161,8 @@ fn foreseen(problem: Simulation<'_>, from: Option<(f64, &[f64])>, solver: &Solve
     }
 }
 
-/// Integrates a system from t = 0 to the end time of `output`. Rows go to `recorder` in order of time. `control` is
-/// called now and then; `Break` ends the run in good order.
+/// Integrates a system from t = 0 to the end time of `output`. The recorder gets the rows in order of time. `control`
+/// is called now and then; `Break` ends the run in good order.
 ///
 /// # Errors
 /// Solver failures, chattering, an exhausted event budget, or an error of the recorder, each with time and mode.
@@ -175,8 +176,11 @@ pub fn simulate(
     simulate_from(problem, None, solver, output, recorder, control)
 }
 
-/// Like [`simulate`], from `from`: a time (s) and a state with a closed contact. `None` starts at t = 0. The state
-/// includes the effect of kicks up to then, and of kicks that wait for a loss of stability. Errors of [`simulate`].
+/// Like [`simulate`], from `from`: a time (s) and a state with a closed contact; `None` starts at t = 0. The state
+/// includes the effect of all earlier kicks, and of the kicks that wait for a loss of stability.
+///
+/// # Errors
+/// As for [`simulate`].
 pub fn simulate_from(
     problem: Simulation<'_>,
     from: Option<(f64, &[f64])>,

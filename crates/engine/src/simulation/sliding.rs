@@ -9,21 +9,22 @@ use stickslip_system::model::Mode;
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::System;
 
-/// Mechanical state from a recorder's further values.
+/// Mechanical state of a system from a recorder's further values.
 pub fn moving_state(system: &System, further: &[f64]) -> DVector<f64> {
     let dynamics = SystemDynamics::new(system, 0.0);
     let y = state_of(&dynamics, further);
     DVector::from_column_slice(&y[..dynamics.system.mechanical()])
 }
 
-/// Initial state of a system.
+/// Initial mechanical state of a system.
 pub fn stated_start(system: &System) -> DVector<f64> {
     let dynamics = SystemDynamics::new(system, 0.0);
     let y = super::simulate::start(system, &dynamics);
     DVector::from_column_slice(&y[..dynamics.system.mechanical()])
 }
 
-/// Mechanical state with these twists of the shafts, rotor first, and two rigid trains at these speeds.
+/// Mechanical state with these twists of the shafts (rad), rotor first, for trains that move rigidly at these speeds
+/// (rad/s).
 pub fn state_of_parts(system: &System, (rotor, stator): (&[f64], &[f64]), speeds: (f64, f64)) -> DVector<f64> {
     let equations = SystemEquations::new(system);
     let mut y = vec![0.0; equations.mechanical()];
@@ -46,19 +47,19 @@ pub fn weights(system: &System) -> Vec<f64> {
     deviation_weights(&SystemEquations::new(system))
 }
 
-/// Sliding in one sense at a state, without events.
+/// Rates of sliding in one sense at a state, without events.
 pub struct SlidingSense {
     /// d(state)/dt, 1/s.
     pub rates: DVector<f64>,
-    /// Derivatives of the rates by the state.
+    /// Derivatives of the rates by the state, 1/s.
     pub jacobian: DMatrix<f64>,
     /// omega_r, rad/s.
     pub relative_velocity: f64,
-    /// Position of a portrait; NaN for a slip displacement.
+    /// Position of a portrait, rad; NaN if the position would be the slip displacement.
     pub position: f64,
 }
 
-/// Sliding in one sense at a state of an autonomous system.
+/// Rates of sliding in one sense at a state of an autonomous system. `threshold` is in rad/s.
 pub fn sliding((system, threshold): (&System, f64), sense: i8, state: &DVector<f64>) -> SlidingSense {
     let dynamics = SystemDynamics::new(system, threshold);
     let n = state.len();

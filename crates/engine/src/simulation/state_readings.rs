@@ -76,7 +76,7 @@ impl StateReadings<'_> {
         let ends = self.dynamics.excitation.angles(t);
         let twists = |side: &Side| -> f64 { (0..side.shafts()).map(|i| side.sign * side.twist(i, y)).sum() };
         let slip = y[system.slip];
-        // From the far end inwards: outer minus inner angle is sign times twist.
+        // From the far end inwards: the outer minus the inner angle is sign times twist.
         let tied = |side: &Side, end: f64| side.speed.is_none().then(|| end - twists(side));
         let (phi2, phi1) = match (tied(&system.rotor, ends.0), tied(&system.stator, ends.1)) {
             (Some(phi2), Some(phi1)) => (phi2, phi1),

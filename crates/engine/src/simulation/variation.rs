@@ -17,15 +17,16 @@ use stickslip_system::model::slow_manifold::{Slip, has_slow_manifold, on_slow_ma
 use stickslip_system::model::system::System;
 use stickslip_system::record::{EventDigest, EventKind, Recorder};
 
-/// A case's system with a parameter moved.
+/// A system with one parameter moved.
 pub struct MovedSystem {
     /// System with the moved parameter.
     pub system: System,
     /// Threshold as in [`Run::of_system`](crate::Run::of_system), rad/s.
     pub threshold: f64,
-    /// Weight per unit of the parameter: the weights sum to zero, and weight times value to the value's derivative.
+    /// Weight per unit of the parameter. The weights of all copies sum to zero; the sum of weight times value is the
+    /// derivative of the value.
     pub weight: f64,
-    /// Weight of the bend, as `MovedCopy::bend`.
+    /// Weight of the test for a bend, see `MovedCopy::bend`.
     pub bend: f64,
 }
 
@@ -39,14 +40,14 @@ pub struct MovedCases {
 
 /// Derivatives of a run.
 pub struct Variation {
-    /// Effect of small changes on each event; d(time)/d(parameter) is NaN if the copies have another event.
+    /// Effect of small changes on each event. A d(time)/d(parameter) is NaN if the copies have another event.
     pub events: Vec<Passage>,
-    /// For each parameter: whether its copies begin in the run's mode.
+    /// For each parameter, whether its copies begin in the run's mode.
     pub alike: Vec<bool>,
 }
 
-/// Factors that make the components of a deviation comparable: for twists the frequencies of their inertias on their
-/// shafts, rad/s.
+/// Factors that make the components of a deviation comparable: for a twist the frequency of its inertia on its shaft,
+/// rad/s; otherwise 1.
 pub fn deviation_weights(system: &SystemEquations) -> Vec<f64> {
     let mut weights = vec![1.0; system.mechanical()];
     for side in [&system.rotor, &system.stator] {
@@ -142,7 +143,7 @@ impl Measures<SystemLocation, EventKind> for GrowthContact {
     }
 }
 
-/// Whether two cases differ in kicks and initial state at most.
+/// Whether two systems differ in kicks and initial state at most.
 pub(super) fn alike_between_events(one: &System, other: &System) -> bool {
     let other = System {
         kicks: one.kicks.clone(),
@@ -152,7 +153,11 @@ pub(super) fn alike_between_events(one: &System, other: &System) -> bool {
     *one == other
 }
 
-/// Runs the system by `series`, into `recorder`, with derivatives by each parameter. Errors of a run.
+/// Runs the system by `series`, into `recorder`, with derivatives by each of the parameters `numbers`. `threshold` is
+/// in rad/s.
+///
+/// # Errors
+/// Errors of a run.
 pub fn variation(
     (system, threshold): (&System, f64),
     numbers: &[MovedCases],

@@ -1,8 +1,8 @@
-//! Callbacks for C, one set for each system type.
+//! Callbacks for C, one set for each type of system.
 //!
-//! C gets a raw pointer to a [`Shared`], from a `Box` that the integrator owns. Rust holds no reference to it while a C
-//! function runs, so that the callback's is the only one. A callback neither unwinds nor aborts: a panic is parked, and
-//! resumed after C has returned.
+//! C gets a raw pointer to a [`Shared`], from a `Box` that the solver owns. While a C function runs, Rust holds no
+//! reference to it, so that the reference of the callback is the only one. A callback neither unwinds nor aborts: its
+//! panic is stored, and resumed after C has returned.
 
 use std::any::Any;
 use std::ffi::{c_int, c_void};
@@ -21,19 +21,19 @@ pub(super) struct Shared<S> {
     pub(super) system: S,
     pub(super) dimension: usize,
     pub(super) crossings: usize,
-    /// End of the last completed step: ARKODE forgets it if a step fails.
+    /// End of the last completed step, which ARKODE forgets if a step fails.
     pub(super) mesh_time: f64,
-    /// CVODE's memory, to ask for its time; null for ARKODE, which sets `mesh_time` itself.
+    /// CVODE's memory, which knows its time; null for ARKODE, whose callback sets `mesh_time`.
     pub(super) clock: *mut c_void,
     watch: ProgressWatch,
     panic: Option<Payload>,
-    /// Dimension for which the system is called: the vectors' length, or 0, which no system has, while a panic waits.
-    /// One comparison covers both.
+    /// Dimension for which the system is called: the length of the vectors, or 0 after a panic. No system has
+    /// dimension 0, so that one comparison covers both.
     admitted: usize,
     pub(super) non_finite: Option<NonFinite>,
 }
 
-/// Checks that time advances: before an insurmountable point SUNDIALS may take ever shorter steps for ever.
+/// Checks that time advances: before a singularity SUNDIALS may take ever shorter steps for ever.
 struct ProgressWatch {
     calls_left: u32,
     seen: Option<f64>,
@@ -67,7 +67,6 @@ impl<S> Shared<S> {
         self.panic.is_some()
     }
 
-    /// Takes the payload of a callback's panic, and admits calls again.
     pub(super) fn take_panic(&mut self) -> Option<Payload> {
         self.admitted = self.dimension;
         self.panic.take()
@@ -77,7 +76,7 @@ impl<S> Shared<S> {
         std::mem::take(&mut self.watch.stalled)
     }
 
-    /// Restarts the watch, after a new start or calls outside steps (dense output).
+    /// To be called after a new start, and after calls outside of steps (dense output).
     pub(super) fn reset_watch(&mut self) {
         self.watch.seen = None;
     }
@@ -90,13 +89,12 @@ impl<S> Shared<S> {
             unsafe { ffi::CVodeGetCurrentTime(self.clock, &mut now) };
         }
         let before = self.watch.seen.replace(now);
-        // Steps of the size of rounding would advance as far; part of the time may be a tentative step.
+        // Steps of the size of rounding would advance as far as this; part of the time may belong to a tentative step.
         let least = f64::from(ProgressWatch::CALLS) * f64::EPSILON * now.abs();
         self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= least);
         !self.watch.stalled
     }
 
-    /// Checks the values of each right-hand side, and now and then the time.
     #[inline]
     fn judge_slopes(&mut self, time: f64, ydot: &[f64]) -> c_int {
         self.watch.calls_left -= 1;
@@ -107,7 +105,7 @@ impl<S> Shared<S> {
         }
     }
 
-    /// Out of line, like the next ones: inlined, they would make every call save registers.
+    /// Out of line, like the next functions: inlined, they would make every call save registers.
     #[cold]
     #[inline(never)]
     fn examine_slopes(&mut self, time: f64, ydot: &[f64]) -> c_int {
@@ -192,10 +190,10 @@ pub(super) const SUCCESS: c_int = 0;
 pub(super) const RECOVERABLE: c_int = 1;
 const UNRECOVERABLE: c_int = -1;
 
-/// Runs a callback with the length of the vectors, and parks its panic.
+/// Runs a callback with the length of the vectors, and stores its panic.
 ///
 /// The length comes from the system: if it is a constant, the compiler drops bounds checks and unrolls loops. It is
-/// compared, because the slices' memory depends on it.
+/// compared with the length of the vectors, because the slices depend on it.
 ///
 /// # Safety
 /// `data` points to a `Shared<S>` that nobody else uses meanwhile.
@@ -232,7 +230,7 @@ pub(super) unsafe extern "C" fn rhs<S: OdeSystem>(
     }
 }
 
-/// `CVLsJacFn` and `ARKLsJacFn`; the matrix arrives zeroed.
+/// `CVLsJacFn` and `ARKLsJacFn` of a dense matrix, which arrives zeroed.
 #[allow(clippy::too_many_arguments)] // the C signature
 pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
     t: f64,
@@ -258,7 +256,8 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
 
 /// `CVRootFn` or `ARKRootFn` for this number of crossings.
 pub(super) fn roots<S: OdeSystem>(crossings: usize) -> ffi::CVRootFn {
-    // With a known number the compiler avoids loops and a call of memset, which would take longer than the functions.
+    // With a known number the compiler avoids loops and a call of memset, which would take longer than the crossing
+    // functions.
     Some(match crossings {
         1 => known_roots::<S, 1>,
         2 => known_roots::<S, 2>,
@@ -297,7 +296,7 @@ unsafe fn write_roots<S: OdeSystem>(shared: &mut Shared<S>, t: f64, y: &[f64], g
     shared.judge(Callback::Crossing, t, g)
 }
 
-/// `ARKPostProcessFn`: notes the end of the completed step.
+/// `ARKPostProcessFn`: stores the end of the completed step.
 pub(super) unsafe extern "C" fn step_completed<S: OdeSystem>(t: f64, _y: ffi::N_Vector, data: *mut c_void) -> c_int {
     // SAFETY: ARKODE passes its data.
     unsafe { (*data.cast::<Shared<S>>()).mesh_time = t };

@@ -10,9 +10,9 @@ use super::flags::{Flag, FlagFamily};
 
 type Messages = Vec<String>;
 
-/// A `SUNContext`, one for each integrator, so that integrators in different threads share nothing. Errors are kept for
-/// the [`SolverError`] instead of printed. It must outlive every object made with it: an owner keeps it as its last
-/// field.
+/// A `SUNContext` for each integrator, so that integrators in different threads share nothing. Error messages are kept
+/// for the [`SolverError`] instead of being printed. It must outlive every object made with it: an owner keeps it as
+/// its last field.
 pub(super) struct Context {
     raw: ffi::SUNContext,
     /// From a `Box`; the error handler writes there while C runs.
@@ -53,7 +53,6 @@ impl Context {
         self.verdict(function, FlagFamily::Core, code, f64::NAN)
     }
 
-    /// Turns every C function's return value into a result.
     pub(super) fn verdict(
         &self,
         function: &'static str,
@@ -85,7 +84,6 @@ impl Context {
         text
     }
 
-    /// Drops messages of an earlier, successful call.
     #[inline]
     pub(super) fn clear_messages(&self) {
         // SAFETY: as in `take_messages`.
@@ -115,7 +113,7 @@ unsafe extern "C" fn keep_message(
     data: *mut c_void,
     _context: ffi::SUNContext,
 ) {
-    // A few messages show the reason; a repetitive solver must not fill the memory.
+    // A few messages show the reason, and a solver that repeats them must not fill the memory.
     const MOST: usize = 8;
     let keep = || {
         if message.is_null() || data.is_null() {
@@ -132,11 +130,8 @@ unsafe extern "C" fn keep_message(
     let _ = catch_unwind(AssertUnwindSafe(keep));
 }
 
-/// `N_VClone_Serial` with zeros. CVODE reads a vector of its history before writing it if the highest order is raised
-/// between two steps: memory from `malloc` would decide about the next order.
-///
-/// # Safety
-/// `vector` is a serial vector.
+/// `N_VClone_Serial` with zeros. If the highest order is raised between two steps, CVODE reads a vector of its history
+/// before it has written it. Uninitialised memory would decide about the next order.
 unsafe extern "C" fn clone_of_zeros(vector: ffi::N_Vector) -> ffi::N_Vector {
     unsafe {
         let clone = ffi::N_VClone_Serial(vector);
@@ -147,14 +142,13 @@ unsafe extern "C" fn clone_of_zeros(vector: ffi::N_Vector) -> ffi::N_Vector {
     }
 }
 
-/// A serial `N_Vector` that owns its memory.
 pub(super) struct Vector {
     raw: ffi::N_Vector,
     pub(super) length: usize,
 }
 
 impl Vector {
-    /// At least one value: `Core::new` refuses a dimension of 0.
+    /// Needs at least one value: `Core::new` refuses a dimension of 0.
     pub(super) fn new(context: &Context, values: &[f64]) -> Result<Self, SolverError> {
         // SUNDIALS gives an empty vector no memory, and a slice needs an address.
         assert!(!values.is_empty(), "a vector has at least one value");
@@ -198,16 +192,12 @@ impl Drop for Vector {
     }
 }
 
-/// The values of a serial vector.
-///
 /// # Safety
 /// `vector` is a serial vector of `length` (not 0) initialised values that nobody writes during `'a`.
 pub(super) unsafe fn values<'a>(vector: ffi::N_Vector, length: usize) -> &'a [f64] {
     unsafe { std::slice::from_raw_parts(data(vector), length) }
 }
 
-/// Mutable values of a serial vector.
-///
 /// # Safety
 /// `vector` is a serial vector of `length` (not 0) initialised values that nobody else touches during `'a`.
 pub(super) unsafe fn values_mut<'a>(vector: ffi::N_Vector, length: usize) -> &'a mut [f64] {

@@ -1,4 +1,4 @@
-//! The solver without its C memory: system, vectors, and the work around a C call.
+//! A solver without its C memory: system, vectors, and the work around a C call.
 
 use std::ffi::{c_int, c_void};
 use std::panic::resume_unwind;
@@ -15,11 +15,11 @@ use super::{Direction, OdeSystem, Tolerances};
 pub(super) enum SolverStatus {
     Fresh,
     Stepped,
-    /// A step failed: the solver's memory is unreliable.
+    /// After a failed step the solver's memory is unreliable.
     Failed,
 }
 
-/// A solver without its C memory. Drop order: vectors before their context.
+/// Fields are dropped in this order: vectors before their context.
 pub(super) struct Core<S> {
     pub(super) state: Vector,
     /// Next state, written by C. It replaces `state` only after success.
@@ -30,7 +30,7 @@ pub(super) struct Core<S> {
     pub(super) directions: Vec<c_int>,
     pub(super) raw_found: Vec<c_int>,
     pub(super) found: Vec<Option<Direction>>,
-    /// From a `Box`; C has the same pointer as user data.
+    /// From a `Box`; C has the same pointer as its user data.
     shared: NonNull<Shared<S>>,
     pub(super) context: Context,
 }
@@ -74,7 +74,6 @@ impl<S: OdeSystem> Core<S> {
         unsafe { self.shared.as_mut() }
     }
 
-    /// Result of a C function without callbacks.
     pub(super) fn check(&self, function: &'static str, family: FlagFamily, code: c_int) -> Result<(), SolverError> {
         self.context.verdict(function, family, code, self.shared().mesh_time)
     }
@@ -121,7 +120,7 @@ impl<S: OdeSystem> Core<S> {
         match error {
             SolverError::Sundials(_) if stalled => SolverError::Stalled { time: mesh_time, cause },
             SolverError::Sundials(mut failure) => {
-                // A run that gave up for other reasons may have recovered from such a value.
+                // A run that failed for another reason may have recovered from such a value.
                 failure.cause = cause.filter(|_| !leaves_the_solver_intact(code));
                 SolverError::Sundials(failure)
             }
@@ -194,7 +193,6 @@ impl<S: OdeSystem> Core<S> {
         }
     }
 
-    /// Checks the arguments of the dense output; returns `k` as an int.
     pub(super) fn begin_interpolation(&self, t: f64, k: u32, out: &[f64]) -> Result<c_int, SolverError> {
         finite("time", t)?;
         length("interpolated values", self.dimension(), out.len())?;
@@ -207,7 +205,7 @@ impl<S: OdeSystem> Core<S> {
         })
     }
 
-    /// Ends a dense output, which may have called the right-hand side.
+    /// The dense output may have called the right-hand side.
     pub(super) fn end_interpolation(
         &mut self,
         function: &'static str,
@@ -247,8 +245,7 @@ const _: () = assert!(
         && ffi::CV_TOO_CLOSE == ffi::ARK_TOO_CLOSE
 );
 
-/// Too much work, too much accuracy, illegal input, too close: found before or between steps, so that the solver can go
-/// on.
+/// These errors are found before or between steps, so that the solver can continue.
 fn leaves_the_solver_intact(code: c_int) -> bool {
     [
         ffi::CV_TOO_MUCH_WORK,

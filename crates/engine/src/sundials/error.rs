@@ -2,7 +2,7 @@
 
 use super::flags::Flag;
 
-/// Reason for which a solver call failed.
+/// Why a solver call failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolverError {
@@ -10,7 +10,7 @@ pub enum SolverError {
     #[error(transparent)]
     Sundials(Box<Failure>),
 
-    /// The steps are too short to advance the time, as before an insurmountable point.
+    /// The steps are too short to advance the time, as before a singularity.
     #[error("the steps at t = {time} are too short to be seen in the time{}", cause.map(|c| format!("; {c}")).unwrap_or_default())]
     Stalled {
         /// Last time that the solver reached.
@@ -37,7 +37,7 @@ pub enum SolverError {
         found: usize,
     },
 
-    /// A number is out of range, or not finite.
+    /// A value is out of range, or not finite.
     #[error("{what} cannot be {value}")]
     Argument {
         /// Name of the argument.
@@ -46,7 +46,7 @@ pub enum SolverError {
         value: f64,
     },
 
-    /// A step failed; the solver needs a restart.
+    /// A step failed, and the solver has not been restarted.
     #[error("the solver failed at t = {time} and was not restarted")]
     NotRestarted {
         /// Time of the solution handed out last.
@@ -74,7 +74,7 @@ pub struct Failure {
     pub time: f64,
     /// Message of SUNDIALS; may be empty.
     pub message: String,
-    /// Callback value that was not finite, if this is the reason.
+    /// Callback value that was not finite, if it caused the failure.
     pub cause: Option<NonFinite>,
 }
 
@@ -87,7 +87,7 @@ impl SolverError {
         }
     }
 
-    /// Callback value that was not finite, if this is the reason.
+    /// Callback value that was not finite, if it caused the failure.
     pub fn cause(&self) -> Option<NonFinite> {
         match self {
             Self::Sundials(failure) => failure.cause,
@@ -102,7 +102,7 @@ impl SolverError {
 pub enum Callback {
     /// [`OdeSystem::rhs`](super::OdeSystem::rhs)
     RightHandSide,
-    /// [`OdeSystem::jacobian`](super::OdeSystem::jacobian), or (row and column of the band)
+    /// [`OdeSystem::jacobian`](super::OdeSystem::jacobian); or, with row and column in band coordinates,
     /// [`OdeSystem::band_jacobian`](super::OdeSystem::band_jacobian)
     Jacobian,
     /// [`OdeSystem::roots`](super::OdeSystem::roots)
@@ -120,7 +120,7 @@ pub enum Callback {
     _ => format!("component {component}"),
 })]
 pub struct NonFinite {
-    /// Function.
+    /// The callback.
     pub callback: Callback,
     /// Index of the value, from 0; in a Jacobian the row.
     pub component: usize,

@@ -1,4 +1,4 @@
-//! The C interface: sundials-sys, and what build.rs generates for the parts that it leaves out.
+//! The C interface: sundials-sys, and the bindings that build.rs generates for the parts it leaves out.
 #![allow(missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals)]
 #![allow(dead_code, unused_imports, unnameable_types)]
 #![allow(clippy::all, rustdoc::all)]

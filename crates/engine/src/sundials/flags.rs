@@ -22,10 +22,10 @@ pub enum FlagFamily {
     Core,
 }
 
-/// A C function's return value, possibly a number without a name in the headers.
+/// Return value of a C function, possibly without a name in the headers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flag {
-    /// Table with its name.
+    /// Table that has its name.
     pub family: FlagFamily,
     /// Number returned by the C function.
     pub number: i32,

@@ -2,7 +2,7 @@
 
 use super::ErkTable;
 
-/// Integration method. An explicit table, or options of CVODE, convert into one.
+/// Integration method. An explicit table and the options of CVODE convert into one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SolverMethod {
     /// CVODE: multistep methods of variable order and step.
@@ -11,26 +11,26 @@ pub enum SolverMethod {
     Erk {
         /// Butcher table. (`ERKStepSetTableNum`)
         table: ErkTable,
-        /// Step without error control; negative to go back in time. (`ARKodeSetFixedStep`)
+        /// Constant step without error control; negative to go back in time. (`ARKodeSetFixedStep`)
         fixed_step: Option<f64>,
     },
     /// ARKStep: the L-stable singly diagonally implicit Runge-Kutta method of order 5 with an explicit first stage and
     /// an embedded order 4; Newton iteration as in [`Nonlinear::Newton`]. (`ARKODE_ESDIRK547L2SA2_7_4_5`)
     Esdirk {
-        /// Step without error control, as for `Erk`.
+        /// Constant step without error control, as in `Erk`.
         fixed_step: Option<f64>,
-        /// Whether fast convergence of earlier stages may count for an iteration, as in SUNDIALS' default.
+        /// Whether fast convergence in earlier stages may replace an iteration, as is SUNDIALS' default.
         ///
-        /// ARKStep keeps the rate up to the next factorisation. With a trivial first guess it soon is so small that
-        /// each stage passes after one iteration, however wrong its matrix: the harmonic oscillator at tolerances of
-        /// 1e-10 had an error of 2e-3 in a step cut for a stop time. False costs one more iteration a stage.
-        /// (`ARKodeSetNonlinCRDown`: 1 if false, 0.3 if true)
+        /// ARKStep keeps the convergence rate up to the next factorisation. With a trivial first guess the rate soon
+        /// is so small that each stage passes after one iteration, however wrong the matrix: the harmonic oscillator
+        /// at tolerances of 1e-10 had an error of 2e-3 in a step cut for a stop time. `false` costs one more iteration
+        /// per stage. (`ARKodeSetNonlinCRDown`: 1 if false, 0.3 if true)
         trust_convergence_rate: bool,
     },
 }
 
 impl SolverMethod {
-    /// [`Method::Esdirk`] with error control, each stage judged by its own iterations.
+    /// [`Method::Esdirk`] with error control; each stage is judged by its own iterations.
     pub const ESDIRK: SolverMethod = SolverMethod::Esdirk {
         fixed_step: None,
         trust_convergence_rate: false,
@@ -80,15 +80,16 @@ pub struct CvodeOptions {
     pub nonlinear: Nonlinear,
     /// Highest order; None for the method's own. (`CVodeSetMaxOrd`)
     pub max_order: Option<u32>,
-    /// Convergence of the iteration relative to the local error; None for CVODE's own 0.1. Too few iterations turn an
-    /// implicit method into an explicit one, without its stability. (`CVodeSetNonlinConvCoef`)
+    /// Convergence criterion of the iteration, relative to the local error; None for CVODE's own 0.1. Too few
+    /// iterations turn an implicit method into an explicit one, without its stability. (`CVodeSetNonlinConvCoef`)
     pub convergence: Option<f64>,
-    /// Lower order for short steps.
+    /// Lower order while steps are short.
     pub short_steps: Option<ShortSteps>,
 }
 
-/// Lower order of BDF for short steps. Orders above 2 are unstable near the imaginary axis for steps short against the
-/// oscillation: orders 3, 4 and 5 up to |h lambda| of 1.9, 4.7 and 9.7. The order stays low until a step exceeds that.
+/// Lower order of BDF while steps are short. Orders above 2 are unstable near the imaginary axis if the step is short
+/// compared with the oscillation: orders 3, 4 and 5 up to |h lambda| of 1.9, 4.7 and 9.7. The order stays low until a
+/// step is longer than `until`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShortSteps {
     /// Highest order until a step is longer than `until`. (`CVodeSetMaxOrd`)

@@ -10,9 +10,9 @@
 //! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`SolverError`] has the C function, the flag's
 //! name, the time, SUNDIALS' message, and the callback value that caused it.
 //!
-//! - A panic in a callback does not unwind through C: it goes on in Rust, out of `advance`.
+//! - A panic in a callback does not unwind through C: it is resumed in Rust, out of `advance`.
 //! - If a right-hand side is not finite, the solver tries a shorter step before it fails.
-//! - After a failed step, time and state are those handed out last, and the solver needs a
+//! - After a failed step, time and state are the last that were returned, and the solver needs a
 //!   [`restart`](Solver::restart).
 //! - Each solver has its own SUNDIALS context: it may move between threads, and solvers may run in parallel.
 //!
@@ -46,33 +46,33 @@ pub const RUSTC_VERSION: &str = env!("STICKSLIP_RUSTC");
 
 /// An initial value problem y' = f(t, y), with functions g(t, y) whose zeros are searched.
 ///
-/// C calls the functions. A panic goes on in Rust after C has returned. Values that are infinite or NaN are refused,
-/// see [`rhs`](Self::rhs).
+/// C calls these functions. A panic is resumed in Rust after C has returned. Values that are infinite or NaN are
+/// refused, see [`rhs`](Self::rhs).
 pub trait OdeSystem {
-    /// Number of components of y, at least 1. A change while an integrator runs is a panic. If it is a constant, the
-    /// compiler knows the lengths of the slices below.
+    /// Number of components of y, at least 1. It must not change while a solver runs: that is a panic. If it is a
+    /// constant, the compiler knows the lengths of the slices below.
     fn dimension(&self) -> usize;
 
-    /// Writes f(t, y) to `ydot`; both slices have [`dimension`](Self::dimension) values, and `ydot` is arbitrary
-    /// before. If a value is not finite, the solver tries a shorter step, and fails if that does not help. (`CVRhsFn`,
-    /// `ARKRhsFn`)
+    /// Writes f(t, y) to `ydot`. Both slices have [`dimension`](Self::dimension) values; those of `ydot` are arbitrary
+    /// before. If a written value is not finite, the solver tries a shorter step, and fails if that does not help.
+    /// (`CVRhsFn`, `ARKRhsFn`)
     fn rhs(&mut self, t: f64, y: &[f64], ydot: &mut [f64]);
 
-    /// Whether [`jacobian`](Self::jacobian) exists; otherwise implicit methods difference the right-hand side. Called
-    /// once, when an integrator is made for a system without [`half_width`](Self::half_width).
+    /// Whether [`jacobian`](Self::jacobian) exists; otherwise implicit methods take differences of the right-hand
+    /// side. Called once, when a solver is made for a system without [`half_width`](Self::half_width).
     fn has_jacobian(&self) -> bool {
         false
     }
 
-    /// Writes the Jacobian, df_i/dy_j in row i and column j of `j`, which is zeroed before. `ydot` is f(t, y).
+    /// Writes the Jacobian: df_i/dy_j in row i and column j of `j`, which is zeroed before. `ydot` is f(t, y).
     /// (`CVLsJacFn`, `ARKLsJacFn`)
     fn jacobian(&mut self, t: f64, y: &[f64], ydot: &[f64], j: nalgebra::DMatrixViewMut<'_, f64>) {
         let _ = (t, y, ydot, j);
     }
 
-    /// Half-bandwidth of the Jacobian in the system's band coordinates z = T y, if implicit methods should use them:
-    /// [`band_jacobian`](Self::band_jacobian) then replaces [`jacobian`](Self::jacobian). Called once, when an
-    /// integrator is made.
+    /// Half-bandwidth of the Jacobian in the system's band coordinates z = T y, if implicit methods are to use them:
+    /// [`band_jacobian`](Self::band_jacobian) then replaces [`jacobian`](Self::jacobian). Called once, when a solver
+    /// is made.
     fn half_width(&self) -> Option<usize> {
         None
     }
@@ -87,15 +87,15 @@ pub trait OdeSystem {
         z.copy_from_slice(x);
     }
 
-    /// Writes `x` = T^-1 `z` for the solution `z` of a linear system with the right-hand side `b` (in the state's
-    /// coordinates).
+    /// Writes `x` = T^-1 `z` for the solution `z` of a linear system whose right-hand side `b` is in the state's
+    /// coordinates.
     fn leave_band(&self, z: &[f64], b: &[f64], x: &mut [f64]) {
         let _ = b;
         x.copy_from_slice(z);
     }
 
-    /// Writes g(t, y), one value for each crossing of [`Solver::set_crossings`]; `g` is zeroed before. (`CVRootFn`,
-    /// `ARKRootFn`) A value that is not finite is an error at once: the search for its zeros would not end.
+    /// Writes g(t, y), one value for each crossing of [`Solver::set_crossings`]; `g` is zeroed before. A value that is
+    /// not finite is an error at once, because the search for its zeros would not end. (`CVRootFn`, `ARKRootFn`)
     fn roots(&mut self, t: f64, y: &[f64], g: &mut [f64]) {
         let _ = (t, y, g);
     }
@@ -115,20 +115,21 @@ pub enum Direction {
 /// Target of [`Solver::advance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AdvanceTarget {
-    /// To the output time: past it in steps, then back to it by dense output. (`CV_NORMAL`, `ARK_NORMAL`)
+    /// Integrates past the output time, and returns the solution at that time by dense output. (`CV_NORMAL`,
+    /// `ARK_NORMAL`)
     Normal,
-    /// One step; the output time gives the direction only. (`CV_ONE_STEP`, `ARK_ONE_STEP`)
+    /// Takes one step; the output time only gives the direction. (`CV_ONE_STEP`, `ARK_ONE_STEP`)
     OneStep,
 }
 
-/// Reason for which [`Solver::advance`] returned.
+/// Why [`Solver::advance`] returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Advanced {
     /// The output time is reached. (`CV_SUCCESS` of `CV_NORMAL`)
     Reached,
     /// A step is taken. (`CV_SUCCESS` of `CV_ONE_STEP`)
     Stepped,
-    /// The stop time is reached, and thereby removed. (`CV_TSTOP_RETURN`)
+    /// The stop time is reached, and is removed. (`CV_TSTOP_RETURN`)
     StopTime,
     /// A crossing is reached: see [`Solver::crossings_found`]. (`CV_ROOT_RETURN`)
     Roots,
@@ -174,9 +175,9 @@ pub struct Counters {
     pub nonlinear_convergence_failures: u64,
     /// Calls of [`OdeSystem::roots`]. (`CVodeGetNumGEvals`)
     pub root_evaluations: u64,
-    /// Order of the last step; 0 before the first. (`CVodeGetLastOrder`; fixed for a Runge-Kutta method)
+    /// Order of the last step; 0 before the first step. (`CVodeGetLastOrder`; fixed for a Runge-Kutta method)
     pub last_order: u32,
-    /// Length of the last step; 0 before the first. (`CVodeGetLastStep`)
+    /// Length of the last step; 0 before the first step. (`CVodeGetLastStep`)
     pub last_step: f64,
     /// Length of the next step. (`CVodeGetCurrentStep`)
     pub current_step: f64,

@@ -16,7 +16,6 @@ pub(super) struct Newton {
     band: Option<NonNull<BandSolver>>,
 }
 
-/// Content of a linear solver that works in the coordinates of [`OdeSystem::enter_band`].
 struct BandSolver {
     inner: ffi::SUNLinearSolver,
     z: Vector,
@@ -94,7 +93,7 @@ impl Drop for Newton {
     }
 }
 
-/// `CVLsJacFn` and `ARKLsJacFn` of a band matrix, zeroed before.
+/// `CVLsJacFn` and `ARKLsJacFn` of a band matrix, which arrives zeroed.
 #[allow(clippy::too_many_arguments)] // the C signature
 pub(super) unsafe extern "C" fn band_jacobian<S: OdeSystem>(
     t: f64,
@@ -119,7 +118,7 @@ pub(super) unsafe extern "C" fn band_jacobian<S: OdeSystem>(
                 None => SUCCESS,
                 Some(index) => {
                     let column = index / stride;
-                    // In band coordinates.
+                    // Row and column are in band coordinates.
                     let place = ((index % stride + column).saturating_sub(above), column);
                     shared.refuse(Callback::Jacobian, t, place, entries[index])
                 }

@@ -1,4 +1,4 @@
-//! The integrator: CVODE or ARKODE, with a system.
+//! The solver: CVODE or ARKODE, with the system that it integrates.
 
 use std::ffi::{c_int, c_long, c_void};
 
@@ -43,22 +43,21 @@ impl Drop for Memory {
     }
 }
 
-/// A solver of an initial value problem, which it owns.
+/// A solver of an initial value problem; it owns the system.
 ///
-/// Docs name the function of CVODE; ARKODE's has the prefix `ARKode`. Arguments that are not finite, slices of a wrong
-/// length, and failure flags of C functions are a [`SolverError`].
+/// The docs name the functions of CVODE; those of ARKODE have the prefix `ARKode`. Arguments that are not finite,
+/// slices of a wrong length, and failure flags of C functions give a [`SolverError`].
 pub struct Solver<S: OdeSystem> {
-    // Drop order.
+    // Fields are dropped in this order.
     memory: Memory,
     newton: Option<Newton>,
     _fixed_point: Option<FixedPointSolver>,
     core: Core<S>,
     /// CVODE: highest order; Runge-Kutta: the method's order.
     order: c_int,
-    /// CVODE: lower order while steps are short.
     short_steps: Option<ShortSteps>,
     climbing: bool,
-    /// ARKODE: settings to restore after a retried step.
+    /// Settings that ARKODE needs again after a retried step.
     fixed_step: bool,
     initial_step: f64,
     stop_time: Option<f64>,
@@ -75,7 +74,7 @@ macro_rules! call {
     }};
 }
 
-/// [`call`] for a function that both CVODE and ARKODE have.
+/// [`call`] for a function of both CVODE and ARKODE.
 macro_rules! either {
     ($self:ident, $cvode:ident | $arkode:ident $arguments:tt) => {
         match $self.memory.kind {
@@ -85,7 +84,7 @@ macro_rules! either {
     };
 }
 
-/// [`either`] for the linear solver interfaces.
+/// [`either`] for the interfaces to linear solvers.
 macro_rules! either_linear {
     ($self:ident, $cvode:ident | $arkode:ident $arguments:tt) => {
         match $self.memory.kind {
@@ -96,8 +95,8 @@ macro_rules! either_linear {
 }
 
 impl<S: OdeSystem> Solver<S> {
-    /// Makes the solver for `system` from y(t0) = `y0`.
-    /// (`CVodeCreate`, `ERKStepCreate`, `ARKStepCreate`, `CVodeSVtolerances` and the functions named at the options)
+    /// Makes a solver for `system` from y(t0) = `y0`. (`CVodeCreate`, `ERKStepCreate`, `ARKStepCreate`,
+    /// `CVodeSVtolerances`, and the functions named at the options)
     pub fn new(
         system: S,
         method: impl Into<SolverMethod>,
@@ -211,8 +210,6 @@ impl<S: OdeSystem> Solver<S> {
         self.start_climbing()
     }
 
-    /// Newton iteration with a band in the system's coordinates if it has them, otherwise with a dense Jacobian (the
-    /// system's own if it has one).
     fn set_newton(&mut self) -> Result<(), SolverError> {
         let (core, system) = (&self.core, self.system());
         let (newton, jacobian): (_, ffi::CVLsJacFn) = match system.half_width() {
@@ -263,7 +260,7 @@ impl<S: OdeSystem> Solver<S> {
     fn init_crossings(&mut self) -> Result<(), SolverError> {
         let count = self.core.directions.len();
         let roots = callbacks::roots::<S>(count);
-        // The first call makes SUNDIALS forget which of the earlier functions were zero, and therefore not watched.
+        // The first call makes SUNDIALS forget which functions were zero at the last start, and therefore not watched.
         either!(self, CVodeRootInit | ARKodeRootInit(0, None))?;
         if count > 0 {
             let directions = self.core.directions.as_mut_ptr();
@@ -274,28 +271,28 @@ impl<S: OdeSystem> Solver<S> {
         Ok(())
     }
 
-    /// The system.
+    /// The system of equations.
     pub fn system(&self) -> &S {
         &self.core.shared().system
     }
 
-    /// The system; a change of its right-hand side needs a [`restart`](Self::restart).
+    /// The system of equations, to be changed. A change of its right-hand side needs a [`restart`](Self::restart).
     pub fn system_mut(&mut self) -> &mut S {
         &mut self.core.shared_mut().system
     }
 
-    /// Time of the solution handed out last.
+    /// Time of the last solution that was returned.
     pub fn time(&self) -> f64 {
         self.core.time
     }
 
-    /// Solution handed out last, at [`time`](Self::time).
+    /// Last solution that was returned, at [`time`](Self::time).
     pub fn state(&self) -> &[f64] {
         self.core.state.values()
     }
 
-    /// Restarts at `t0` with the values `y0`. Resets counters and stop time; other settings stay. (`CVodeReInit`,
-    /// `ERKStepReInit`, `ARKStepReInit`)
+    /// Restarts at `t0` with the state `y0`. Resets counters and stop time, and keeps the other settings.
+    /// (`CVodeReInit`, `ERKStepReInit`, `ARKStepReInit`)
     pub fn restart(&mut self, t0: f64, y0: &[f64]) -> Result<(), SolverError> {
         self.core.take_initial_state(t0, y0)?;
         let (y, rhs) = (self.core.state.raw(), Some(callbacks::rhs::<S> as _));
@@ -320,8 +317,8 @@ impl<S: OdeSystem> Solver<S> {
         either!(self, CVodeSVtolerances | ARKodeSVtolerances(relative, absolute))
     }
 
-    /// Sets a direction for each function of [`OdeSystem::roots`]; an empty slice removes them. A function that is
-    /// exactly zero at the start is no crossing, and is watched after it has left zero. (`CVodeRootInit`,
+    /// Sets the crossing direction for each function of [`OdeSystem::roots`]; an empty slice removes all. A function
+    /// that is exactly zero at the start is no crossing, and is watched only after it has left zero. (`CVodeRootInit`,
     /// `CVodeSetRootDirection`)
     pub fn set_crossings(&mut self, crossings: &[Direction]) -> Result<(), SolverError> {
         let had_none = self.core.directions.is_empty();
@@ -333,8 +330,8 @@ impl<S: OdeSystem> Solver<S> {
         }
     }
 
-    /// Sets a time that no step passes and where `advance` returns [`Outcome::StopTime`] once. It must lie beyond the
-    /// internal mesh, not only beyond [`time`](Self::time). (`CVodeSetStopTime`, `CVodeClearStopTime`)
+    /// Sets a time that no step passes; `advance` returns [`Outcome::StopTime`] there once. The time must lie beyond
+    /// the internal mesh, not only beyond [`time`](Self::time). (`CVodeSetStopTime`, `CVodeClearStopTime`)
     pub fn set_stop_time(&mut self, time: Option<f64>) -> Result<(), SolverError> {
         match time {
             None => either!(self, CVodeClearStopTime | ARKodeClearStopTime())?,
@@ -347,14 +344,14 @@ impl<S: OdeSystem> Solver<S> {
         Ok(())
     }
 
-    /// Longest step, positive; None for no bound. (`CVodeSetMaxStep`)
+    /// Sets the longest step, which is positive; None for no bound. (`CVodeSetMaxStep`)
     pub fn set_max_step(&mut self, step: Option<f64>) -> Result<(), SolverError> {
         step.map_or(Ok(()), |step| positive("longest step", step))?;
         either!(self, CVodeSetMaxStep | ARKodeSetMaxStep(step.unwrap_or(0.0)))
     }
 
-    /// First step after a start or restart, with the sign of the direction of integration; None: estimated.
-    /// (`CVodeSetInitStep`)
+    /// Sets the first step after a start or restart, with the sign of the direction of integration; None for an
+    /// estimate. (`CVodeSetInitStep`)
     pub fn set_initial_step(&mut self, step: Option<f64>) -> Result<(), SolverError> {
         step.map_or(Ok(()), |step| finite("initial step", step))?;
         self.initial_step = step.unwrap_or(0.0);
@@ -365,14 +362,14 @@ impl<S: OdeSystem> Solver<S> {
         either!(self, CVodeSetInitStep | ARKodeSetInitStep(self.initial_step))
     }
 
-    /// Largest number of steps in a call of `advance`, by default 500; None for no bound. After its error `advance` may
-    /// be called again. (`CVodeSetMaxNumSteps`)
+    /// Sets the largest number of steps in a call of `advance`, by default 500; None for no bound. After this error
+    /// `advance` may be called again. (`CVodeSetMaxNumSteps`)
     pub fn set_max_steps(&mut self, steps: Option<u64>) -> Result<(), SolverError> {
         let most = steps.map_or(-1, |steps| c_long::try_from(steps.max(1)).unwrap_or(c_long::MAX));
         either!(self, CVodeSetMaxNumSteps | ARKodeSetMaxNumSteps(most))
     }
 
-    /// Goes on towards `t_out`, until the first [`Advanced`]. (`CVode`, `ARKodeEvolve`)
+    /// Integrates towards `t_out`, until the first [`Advanced`]. (`CVode`, `ARKodeEvolve`)
     ///
     /// # Panics
     /// Resumes the panic of a callback.
@@ -424,7 +421,7 @@ impl<S: OdeSystem> Solver<S> {
     #[cold]
     #[inline(never)]
     fn failed(&mut self, code: c_int, time: f64) -> SolverError {
-        // After a failed stage ARKODE reports the stage's time.
+        // After a failed stage ARKODE reports the time of the stage.
         let mesh_time = self.mesh_time().unwrap_or(time);
         let function = match self.memory.kind {
             SolverFamily::Cvode => "CVode",
@@ -442,7 +439,7 @@ impl<S: OdeSystem> Solver<S> {
         Ok(())
     }
 
-    /// Tries shorter steps after a right-hand side in an explicit stage was not finite, which ARKODE takes for
+    /// Tries shorter steps if a right-hand side in an explicit stage was not finite, an error that ARKODE considers
     /// unrecoverable. Returns the final flag.
     #[cold]
     fn retry_shorter(
@@ -452,7 +449,7 @@ impl<S: OdeSystem> Solver<S> {
         task: AdvanceTarget,
         time: &mut f64,
     ) -> Result<c_int, SolverError> {
-        /// ARKODE's own patience with implicit stages (`ARKodeSetMaxConvFails`).
+        /// As many attempts as ARKODE makes for implicit stages (`ARKodeSetMaxConvFails`).
         const MOST: u32 = 10;
         let mut attempts = 0;
         let mut mesh_time = f64::NAN;
@@ -487,7 +484,7 @@ impl<S: OdeSystem> Solver<S> {
             } else {
                 0.25 * step
             };
-            // `next` holds ARKODE's state at the mesh time, if there is a step.
+            // After a step, `next` holds ARKODE's state at the mesh time.
             let start = if first {
                 self.core.state.raw()
             } else {
@@ -506,18 +503,20 @@ impl<S: OdeSystem> Solver<S> {
         Ok(code)
     }
 
-    /// For each crossing after [`Outcome::Roots`]: direction of a zero at [`time`](Self::time). Otherwise the values of
-    /// the last `Roots`, or None after a restart. (`CVodeGetRootInfo`)
+    /// After [`Outcome::Roots`]: for each crossing the direction in which it passes zero at [`time`](Self::time), if
+    /// it does. Later calls of `advance` keep the values of the last `Roots`; a restart resets them to None.
+    /// (`CVodeGetRootInfo`)
     pub fn crossings_found(&self) -> &[Option<Direction>] {
         &self.core.found
     }
 
-    /// Writes the k-th derivative (0: the solution) of the dense output at a time within the last step, which has the
-    /// length [`last_step_size`](Self::last_step_size) and ends at [`mesh_time`](Self::mesh_time). (`CVodeGetDky`)
+    /// Writes the k-th derivative (0: the solution) of the dense output at the time `t` within the last step, which
+    /// has the length [`last_step_size`](Self::last_step_size) and ends at [`mesh_time`](Self::mesh_time).
+    /// (`CVodeGetDky`)
     ///
-    /// For a Runge-Kutta method its degree is at most 5 and below the method's order. Output times and crossings use it
-    /// too: in long steps of a method of order 6 to 9 their error can exceed the tolerance by far, unless the step is
-    /// bounded. The end of a step has the error of the method.
+    /// For a Runge-Kutta method the degree of the dense output is at most 5 and below the method's order. Output times
+    /// and crossings use it too: in long steps of a method of order 6 to 9 their error can exceed the tolerance by
+    /// far, unless the step is bounded. The end of a step has the error of the method.
     pub fn interpolate(&mut self, t: f64, k: u32, out: &mut [f64]) -> Result<(), SolverError> {
         let k = self.core.begin_interpolation(t, k, out)?;
         let (memory, work) = (self.memory.raw, self.core.work.raw());
@@ -532,7 +531,7 @@ impl<S: OdeSystem> Solver<S> {
             .end_interpolation(function, self.memory.kind.family(), code, out)
     }
 
-    /// End of the last internal step; at or beyond [`time`](Self::time). (`CVodeGetCurrentTime`)
+    /// End of the last internal step, at or beyond [`time`](Self::time). (`CVodeGetCurrentTime`)
     pub fn mesh_time(&mut self) -> Result<f64, SolverError> {
         if self.memory.kind != SolverFamily::Cvode {
             return Ok(self.core.shared().mesh_time);
@@ -552,7 +551,7 @@ impl<S: OdeSystem> Solver<S> {
     /// Work since the start or the last restart.
     pub fn counters(&mut self) -> Result<Counters, SolverError> {
         let mut counters = Counters::default();
-        // Some counters are reset only by the first step.
+        // SUNDIALS resets some counters only in the first step.
         if self.core.status == SolverStatus::Fresh {
             return Ok(counters);
         }

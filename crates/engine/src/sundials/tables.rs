@@ -102,11 +102,11 @@ tables! {
 /// Coefficients of an explicit method in ARKODE. (`ARKodeButcherTableMem`)
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coefficients {
-    /// Stage i is f(t + c_i h, y + h sum of a_ij k_j); row i has the i coefficients below the diagonal.
+    /// Stage i is f(t + c_i h, y + h sum of a_ij k_j). Row i has the i coefficients below the diagonal.
     pub a: Vec<Vec<f64>>,
     /// Weights of the stages in the solution.
     pub b: Vec<f64>,
-    /// Times of the stages, in steps.
+    /// Times of the stages, in units of the step.
     pub c: Vec<f64>,
     /// Weights of the stages in the embedded solution.
     pub d: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Queries of objects in files of other programs.
+//! Queries about objects in files of other programs.
 
 use std::ffi::{CString, c_char, c_uint, c_void};
 
@@ -22,7 +22,6 @@ use hdf5_sys::h5t::{
 pub(crate) enum Opened {
     Group(Group),
     Dataset(Dataset),
-    /// A named type.
     Other,
 }
 
@@ -70,7 +69,7 @@ pub(crate) fn open_object(from: &Group, path: &str, follow_external: bool) -> hd
     }
 }
 
-/// Makes this process unable to follow links into other files, even where HDF5 would: behind virtual datasets.
+/// Prevents this process from following links into other files, even where HDF5 would: behind virtual datasets.
 pub(crate) fn forget_external_links() -> hdf5::Result<()> {
     // SAFETY: no identifiers are involved.
     super::call(|| unsafe { H5Lunregister(H5L_type_t::H5L_TYPE_EXTERNAL) })
@@ -83,7 +82,7 @@ pub(crate) enum Class {
     },
     Float,
     Text {
-        /// In bytes; `None` if it varies.
+        /// Bytes; `None` if the length varies.
         length: Option<usize>,
         unicode: bool,
     },
@@ -136,7 +135,7 @@ pub(crate) fn external_count(creation: &DatasetCreate) -> hdf5::Result<usize> {
     usize::try_from(count).map_err(|_| "no count of external files".into())
 }
 
-/// File and dataset of each part of a virtual dataset; `None` if there are more than `limit`.
+/// File and dataset of each part of a virtual dataset; `None` if there are more than `limit` parts.
 pub(crate) fn virtual_sources(dataset: &Dataset, limit: usize) -> hdf5::Result<Option<Vec<(String, String)>>> {
     // SAFETY: the dataset is open, and the list is closed after use.
     let list = Id::new(|| unsafe { H5Dget_create_plist(dataset.id()) })?;

@@ -23,7 +23,7 @@ unsafe extern "C" {
     fn H5DSattach_scale(dataset: hid_t, scale: hid_t, index: c_uint) -> herr_t;
 }
 
-/// Runs one HDF5 call and turns its negative status into the error on HDF5's stack.
+/// Runs one HDF5 call. A negative status becomes the error on HDF5's stack.
 fn call(function: impl FnOnce() -> herr_t) -> hdf5::Result<()> {
     hdf5::sync::sync(|| {
         if function() < 0 {
@@ -52,7 +52,6 @@ impl Drop for Id {
     }
 }
 
-/// Creates a dataset with shared property lists: link, creation, access.
 pub(super) fn create_dataset(
     group: &Group,
     name: &str,
@@ -70,20 +69,18 @@ pub(super) fn create_dataset(
     unsafe { hdf5::from_id(ManuallyDrop::new(dataset).0) }
 }
 
-/// Makes `dataset` a dimension scale: the netCDF dimension `name` with its coordinate variable.
+/// Makes `dataset` a dimension scale: the coordinate variable of the netCDF dimension `name`.
 pub(super) fn set_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
     let name = CString::new(name).map_err(|error| error.to_string())?;
     // SAFETY: both arguments outlive the call; `sync` holds the library's lock.
     call(|| unsafe { H5DSset_scale(dataset.id(), name.as_ptr()) })
 }
 
-/// Attaches a dimension of `dataset`, counted from 0, to `scale`.
 pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset, dimension: u32) -> hdf5::Result<()> {
     // SAFETY: both handles are open; `sync` holds the library's lock.
     call(|| unsafe { H5DSattach_scale(dataset.id(), scale.id(), dimension) })
 }
 
-/// Stores `texts` as a column of UTF-8 strings of equal length.
 pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::Result<Dataset> {
     let length = texts.iter().map(String::len).max().unwrap_or(0).max(1);
     let mut bytes = Vec::with_capacity(length * texts.len());
@@ -112,7 +109,7 @@ impl RowRange {
         }
     }
 
-    /// Stores filtered `bytes` as the chunk at row `start`, which exists.
+    /// Stores filtered `bytes` as the existing chunk at row `start`.
     pub(super) fn write_chunk(&self, start: usize, bytes: &[u8]) -> hdf5::Result<()> {
         let offset = [start as hsize_t];
         // SAFETY: `offset` has an entry for the only dimension, and `bytes` the stated length; HDF5 copies both.
@@ -149,7 +146,7 @@ fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hd
 }
 
 /// Stores `text` as a new scalar attribute of variable length, which every reader shows as text. Type and shape are
-/// made once: the binding makes them anew for each of a file's hundreds of attributes.
+/// made once: the binding would make them again for each of a file's hundreds of attributes.
 pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
     static KIND: OnceLock<(Datatype, Dataspace)> = OnceLock::new();
     let (kind, shape) = match KIND.get() {
@@ -179,8 +176,8 @@ pub(super) fn read_texts(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
     Ok(bytes.chunks(length.max(1)).map(text).collect())
 }
 
-/// Stores `text` as a scalar, fixed-length UTF-8 string: the only form beyond an attribute's 64 KiB that every reader
-/// shows as text.
+/// Stores `text` as a scalar UTF-8 string of fixed length. Beyond an attribute's 64 KiB, every reader shows only this
+/// form as text.
 pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<Dataset> {
     // HDF5 has no string of length 0.
     let mut bytes = text.as_bytes().to_vec();
@@ -191,12 +188,13 @@ pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<
     Ok(dataset)
 }
 
-/// Reads a scalar, fixed-length string of a dataset or an attribute; `None` if it is something else, or not UTF-8.
+/// Reads a scalar string of fixed length from a dataset or an attribute; `None` if it is of another type, or not
+/// UTF-8.
 pub(super) fn read_text(object: &Container) -> hdf5::Result<Option<String>> {
     Ok(read_scalar(object)?.and_then(|bytes| String::from_utf8(bytes).ok()))
 }
 
-/// Like [`read_text`] for any encoding, for display: invalid UTF-8 is replaced.
+/// Like [`read_text`] for any encoding, for display. Invalid UTF-8 is replaced.
 pub(super) fn read_text_lossy(object: &Container) -> hdf5::Result<String> {
     let bytes = read_scalar(object)?.ok_or("not a text")?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
@@ -212,7 +210,7 @@ fn read_scalar(object: &Container) -> hdf5::Result<Option<Vec<u8>>> {
     }))
 }
 
-/// All strings of a dataset or an attribute, and their common length; `None` if it is not fixed.
+/// All strings of a dataset or an attribute, and their common length; `None` if the length varies.
 fn read_bytes(object: &Container) -> hdf5::Result<Option<(usize, Vec<u8>)>> {
     let Class::Text {
         length: Some(length),

@@ -1,7 +1,7 @@
 //! Reads an open HDF5 file within limits.
 //!
-//! Nothing in a file is trusted: names and texts are bytes until they prove to be UTF-8, and sizes are compared with
-//! limits, and with the stored bytes, before memory is requested.
+//! Nothing in a file is trusted. Names and texts are bytes until they prove to be UTF-8. Before memory is requested,
+//! sizes are compared with limits and with the stored bytes.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -20,34 +20,27 @@ use crate::error::describe;
 use crate::raw::{self, Class, Opened};
 use crate::values::StoredNumber;
 
-/// Limits: members of a group, attributes of an object,
+// Limits on what one object may hold, and on one read.
 const MEMBERS: usize = 16_384;
 const ATTRIBUTES: usize = 4_096;
-/// bytes of an attribute's values,
 const ATTRIBUTE_BYTES: usize = 1 << 20;
-/// bytes of a text or of a column of texts,
 const TEXT_BYTES: usize = 16 << 20;
-/// texts in a column,
 const TEXTS: usize = 1 << 20;
-/// values per read,
 pub(super) const VALUES: usize = 1 << 23;
-/// bytes of a chunk, of which HDF5 holds some copies while it unpacks it,
+/// Limit: bytes of a chunk, of which HDF5 holds several copies while it unpacks it.
 const CHUNK_BYTES: usize = 128 << 20;
-/// values of a dataset that are not stored, and read as its fill value,
+/// Limit: values of a dataset that are not stored, and read as its fill value.
 const UNSTORED: usize = 1 << 20;
-/// values of a virtual dataset, whose storage is unknown,
+/// Limit: values of a virtual dataset, whose storage is unknown.
 const VIRTUAL: usize = 1 << 28;
-/// sources of a virtual dataset,
 const SOURCES: usize = 1 << 20;
-/// and open datasets.
 const KEPT: usize = 512;
-/// HDF5's own choice.
 const CHUNK_SLOTS: usize = 521;
 
 const UNNAMED: &str = "not read: the name of this attribute is not UTF-8";
 
 pub(super) struct Handles {
-    /// Before the file, so that they are closed first.
+    /// Declared before the file, so that the datasets are closed first.
     datasets: HashMap<String, Dataset>,
     file: hdf5::File,
     path: PathBuf,
@@ -71,7 +64,7 @@ pub(super) type Answered<T> = Result<T, ObjectFault>;
 
 impl Handles {
     pub(super) fn open(path: &Path, opening: &Opening) -> Answered<Handles> {
-        // Metadata is read once: the writer may change it later.
+        // Metadata is read once, because the writer may change it later.
         let cache = hdf5::file::MetadataCacheConfig {
             evictions_enabled: false,
             incr_mode: CacheIncreaseMode::Off,
@@ -182,8 +175,8 @@ impl Handles {
         self.datasets.clear();
     }
 
-    /// Identity of the group, and its members: in the order of creation if it is known, otherwise by name. HDF5 is not
-    /// asked for this order: version 1.10 frees uninitialised memory in damaged files.
+    /// Identity of the group, and its members, in the order of creation if it is known, otherwise by name. HDF5 is
+    /// not asked for the order: version 1.10 frees uninitialised memory in damaged files.
     pub(super) fn members(&mut self, path: &str) -> Answered<(String, Vec<GroupMember>)> {
         let group = self.group(path)?;
         let mut names: Vec<(Option<i64>, String, LinkType)> = Vec::new();
@@ -212,11 +205,11 @@ impl Handles {
                         self.info(&dataset, &inside).map_or_else(Object::Not, Object::Dataset)
                     }
                     Ok(Opened::Other) => Object::Other,
-                    // The name has replacement characters, so that it cannot be used.
+                    // The name contains replacement characters, so that the object cannot be opened by it.
                     Err(_) if name.contains(char::REPLACEMENT_CHARACTER) => {
                         Object::Not(ObjectFault::Unnamed(format!("/{inside}")))
                     }
-                    // A dangling link is no damage; an object that cannot be opened is.
+                    // A dangling link is no damage. An object that cannot be opened is.
                     Err(_) if link != LinkType::Hard => Object::Other,
                     Err(fault) => Object::Not(fault),
                 },
@@ -226,7 +219,7 @@ impl Handles {
         Ok((identity(&group)?, members))
     }
 
-    /// In alphabetical order, without HDF5's own attributes.
+    /// All attributes in alphabetical order, except HDF5's own.
     pub(super) fn attributes(&self, path: &str) -> Answered<Vec<(String, AttributeValue)>> {
         let location = self.location(path)?;
         let mut names = Vec::new();
@@ -273,10 +266,10 @@ impl Handles {
     }
 
     fn info(&self, dataset: &Dataset, path: &str) -> Answered<DatasetInfo> {
-        // Called once: HDF5 copies the whole list.
+        // Requested once, because HDF5 copies the whole list.
         let creation = dataset.dcpl()?;
         let layout = creation.layout();
-        // HDF5 may open a virtual dataset's files for its shape.
+        // HDF5 may open the files of a virtual dataset to find its shape.
         if layout == Layout::Virtual && !self.follow_external {
             self.check_places(dataset, path)?;
         }
@@ -314,7 +307,7 @@ impl Handles {
                 chunks.saturating_mul(chunk.iter().product())
             }
             (_, _, Layout::Virtual) => VIRTUAL,
-            // An external file is trusted.
+            // Users who follow links trust the external file.
             _ if self.follow_external => usize::MAX,
             _ => dataset.storage_size() as usize / bytes.max(1),
         };
@@ -336,7 +329,7 @@ impl Handles {
         })
     }
 
-    /// A hyperslab of a dataset, the last dimension fastest. HDF5 converts the numbers.
+    /// Values of a hyperslab of a dataset, the last dimension fastest. HDF5 converts the number type.
     pub(super) fn read<T: StoredNumber>(&mut self, path: &str, part: &[Range<usize>]) -> Answered<Vec<T>> {
         let dataset = self.dataset(path)?;
         self.look_at_sources(&dataset, path)?;
@@ -388,8 +381,8 @@ impl Handles {
         Ok(texts)
     }
 
-    /// Checks the sources of a virtual dataset: files in its own folder or below, such as shards of a sweep. HDF5 would
-    /// read missing ones as fill values.
+    /// Checks the sources of a virtual dataset, which must be files in its own folder or below, such as shards of a
+    /// sweep. HDF5 would read missing sources as fill values.
     fn look_at_sources(&mut self, dataset: &Dataset, path: &str) -> Answered<()> {
         if dataset.layout() != Layout::Virtual || self.looked_at.iter().any(|known| known == path) {
             return Ok(());
@@ -418,7 +411,7 @@ impl Handles {
                 .get(&name)
                 .map(|other| raw::open_object(other, &object, self.follow_external));
             match source {
-                // A source must store its own data.
+                // A source must store its data itself.
                 Some(Ok(Opened::Dataset(source))) if !self.follow_external && leads_on(&source)? => {
                     return Err(ObjectFault::Elsewhere(format!("/{path}, by way of {name},")));
                 }
@@ -454,7 +447,7 @@ impl Handles {
         if !self.follow_external && !Path::new(name).components().all(below) {
             return Err(elsewhere());
         }
-        // HDF5's order of search: folder of the file as named, working folder, folder of the real file.
+        // HDF5's order of search: the folder of the file as named, the working folder, the folder of the real file.
         let named = crate::disk::folder_of(&self.path);
         let real = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
         let real = crate::disk::folder_of(&real);
@@ -468,7 +461,7 @@ impl Handles {
                 (Ok(place), Ok(folder)) => place.starts_with(folder),
                 _ => false,
             };
-            // A link in the folder may lead out of it.
+            // A link inside the folder may lead out of it.
             if !inside(&folders[0]) && !inside(&folders[2]) {
                 return Err(elsewhere());
             }
@@ -481,13 +474,13 @@ impl Handles {
             return Ok(self.file.clone());
         }
         let place = self.place_of(name, path)?;
-        // Only plain files are opened: a pipe would block.
+        // Only plain files are opened, because a pipe would block.
         if !place.is_file() {
             return Err(ObjectFault::Absent(format!("/{path}: {name} is no plain file")));
         }
         probe::admit(&place, self.follow_external, false)
             .map_err(|reason| ObjectFault::Absent(format!("/{path}: {name} cannot be read ({reason})")))?;
-        // HDF5 opens it again, like the file that refers to it; both must be opened in the same way.
+        // HDF5 opens the source again later, and must do it in the same way as for the file that refers to it.
         hdf5::File::with_options()
             .with_fapl(|access| access.file_locking(!self.growing))
             .open(&place)
@@ -495,7 +488,8 @@ impl Handles {
     }
 }
 
-/// A per cent sign is doubled; a single one begins a name pattern, whose files are not listed.
+/// Whether a file name is a pattern, whose files are not listed: it has a single per cent sign. A doubled one is
+/// literal.
 fn is_pattern(name: &str) -> bool {
     name.replace("%%", "").contains('%')
 }
@@ -522,7 +516,7 @@ fn leads_on(dataset: &Dataset) -> hdf5::Result<bool> {
     Ok(creation.layout() == Layout::Virtual || raw::external_count(&creation)? > 0)
 }
 
-/// `None` if something cannot be read. Lack of memory says nothing about the file, and stays an error.
+/// `None` if the object cannot be read. Lack of memory says nothing about the file, and stays an error.
 fn readable<T>(result: hdf5::Result<T>) -> Answered<Option<T>> {
     match result {
         Ok(value) => Ok(Some(value)),
@@ -533,7 +527,7 @@ fn readable<T>(result: hdf5::Result<T>) -> Answered<Option<T>> {
     }
 }
 
-/// `None` for HDF5's own attributes (references of dimension scales), and for unknown types.
+/// `None` for unknown types and for HDF5's own attributes (references of dimension scales).
 fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
     let (class, bytes) = raw::class_of(attribute)?;
     if attribute.size().saturating_mul(bytes.max(8)) > ATTRIBUTE_BYTES {

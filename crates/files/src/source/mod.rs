@@ -1,8 +1,8 @@
-//! An HDF5 file that this process did not write, open for reading.
+//! Access to an HDF5 file that this process did not write.
 //!
-//! HDF5 trusts its input: a damaged file can crash it, keep it busy for ever, or make it request all memory. A file is
-//! therefore opened only if its seal is intact or if a short-lived process has read it first ([`probe`]). Without a
-//! program for this, every file is opened at once.
+//! HDF5 trusts its input: a damaged file can crash it, keep it busy for ever, or make it request all memory. A file
+//! is therefore opened only if its seal is intact, or if a short-lived process has read it first ([`probe`]). Without
+//! such a program, every file is opened directly.
 
 mod handles;
 mod objects;
@@ -28,10 +28,9 @@ pub(super) use tables::uneven;
 
 static FOLLOW_EXTERNAL: AtomicBool = AtomicBool::new(false);
 
-/// Identity of a file's content, which changes when the file is written or replaced.
+/// Identity of a file's content. It changes when the file is written or replaced.
 #[derive(Debug, Clone, PartialEq)]
 struct Identity {
-    /// Device and inode, if the system knows them.
     at: Option<(u64, u64)>,
     length: u64,
     changed: Option<SystemTime>,
@@ -61,9 +60,8 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[derive(Debug, Clone)]
 struct Opening {
     follow_external: bool,
-    /// Cached bytes of each variable.
     chunk_cache: Option<usize>,
-    /// Whether the file is growing: all metadata is then read at once, and kept.
+    /// Whether the file is growing. All metadata is then read at once, and kept.
     growing: bool,
 }
 
@@ -109,12 +107,11 @@ impl Described {
     }
 }
 
-/// Attempts to open a file that is being written, and the pause between them.
 const ATTEMPTS: usize = 50;
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Source {
-    /// Opens any HDF5 file. A file that a run is writing is read as of its last flush, and stays so.
+    /// Opens any HDF5 file. A file that a run is writing is read in the state of its last flush, and stays so.
     pub(super) fn open(path: &Path) -> Result<Source, ResultError> {
         Self::open_with(path, None)
     }
@@ -128,7 +125,7 @@ impl Source {
         }
     }
 
-    /// Opens a file of one of this program's formats, in tables whose columns have one length.
+    /// Opens a file of one of this program's formats. The columns of each of its tables must have one length.
     pub(super) fn open_format(path: &Path, format: &str) -> Result<Source, ResultError> {
         let source = Self::open_known(path)?;
         let found = source.text_attribute("", schema::root::FORMAT)?;
@@ -139,14 +136,13 @@ impl Source {
         Ok(source)
     }
 
-    /// Whether a file is of this format, be its tables as they may.
     pub(super) fn is_of_format(path: &Path, format: &str) -> bool {
         let is_uneven = |error: &ResultError| matches!(error.reason, Reason::Uneven { .. });
         Self::open_format(path, format).map_or_else(|error| is_uneven(&error), |_| true)
     }
 
-    /// [`Self::open`] with a chunk cache for each variable: a compressed chunk beyond HDF5's own choice is unpacked
-    /// again for every block of rows.
+    /// Like [`Self::open`], with a chunk cache for each variable. A compressed chunk beyond HDF5's default cache
+    /// would be unpacked again for every block of rows.
     pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
         check_plain(path)?;
         let opening = Opening {
@@ -175,8 +171,8 @@ impl Source {
                         }
                     }
                 }
-                // The probe takes longer than the time between two flushes, so that the file opened later is of a later
-                // flush.
+                // The probe takes longer than the time between two flushes, so that the file opened afterwards is
+                // that of a later flush.
                 Some(_) if !probed => match probe::admit(path, opening.follow_external, true) {
                     Err(Reason::Changed) => {}
                     Err(reason) => return Err(reason.of(path)),
@@ -203,7 +199,7 @@ impl Source {
     }
 
     fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
-        // HDF5 would follow such links behind virtual datasets. Another program may need them for its own files.
+        // HDF5 would follow such links behind virtual datasets. The program that uses this library may need them.
         static FORGOTTEN: Once = Once::new();
         if !opening.follow_external && probe::owns_process() {
             FORGOTTEN.call_once(|| {
@@ -223,9 +219,9 @@ impl Source {
         Ok(source)
     }
 
-    /// Closes the file until its next use: a merger has a thousand shards, more than a process may open.
+    /// Closes the file until its next use: a merger reads a thousand shards, more than a process may open.
     pub(super) fn close(&self) {
-        // The state of a growing file at opening would be lost.
+        // Closing a growing file would lose the state at its opening.
         if !self.opening.growing {
             *locked(&self.handles) = None;
         }
@@ -314,7 +310,7 @@ impl Source {
         Ok(info)
     }
 
-    /// A part of a dataset, the last dimension fastest, read in pieces of limited size.
+    /// Values of a part of a dataset, the last dimension fastest. They are read in pieces of limited size.
     pub(super) fn read<T: StoredNumber>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
         let size = |part: &[Range<usize>]| part.iter().map(ExactSizeIterator::len).product::<usize>();
         let whole = size(part);
@@ -351,7 +347,7 @@ impl Source {
         self.blocks_of(path, &part, 0, block, take)
     }
 
-    /// Divides a part along dimension `along` and, if one index is too large, along the next.
+    /// Divides a part along dimension `along`. If a single index is too large, the next dimension is divided, too.
     fn blocks_of<T: StoredNumber>(
         &self,
         path: &str,
@@ -386,8 +382,8 @@ impl Source {
         self.ask(|handles| handles.texts(path))
     }
 
-    /// Calls `visit` for every dataset and group below the root, in the order of the file, each group once. Fails if
-    /// there are too many or too deep ones, or the file cannot be read.
+    /// Calls `visit` for every dataset and group below the root, in the order of the file, once for each group. Fails
+    /// if there are too many or too deep groups, or if the file cannot be read.
     pub(super) fn walk(
         &self,
         visit: &mut dyn FnMut(&str, &GroupMember) -> Result<(), ResultError>,
@@ -451,10 +447,9 @@ struct SourceWalk<'a> {
     visit: &'a mut dyn FnMut(&str, &GroupMember) -> Result<(), ResultError>,
 }
 
-/// Limits: nested groups, objects in a file,
+// Limits: depth of nested groups, objects in a file, and values held at once (0.5 GB).
 const DEPTH: usize = 32;
 const OBJECTS: usize = 65_536;
-/// values held at once (0.5 GB).
 const MOST_VALUES: usize = 1 << 26;
 
 fn check_plain(path: &Path) -> Result<(), ResultError> {
@@ -464,7 +459,7 @@ fn check_plain(path: &Path) -> Result<(), ResultError> {
     if path.is_dir() {
         return Err(Reason::FolderIsNoResult.of(path));
     }
-    // Only plain files are opened: a pipe would block.
+    // Only plain files are opened, because a pipe would block.
     let has_signature =
         || disk::has_hdf5_signature(path).map_err(|error| ResultError::io(path, "reading the file", error));
     if !path.is_file() || !has_signature()? {

@@ -2,13 +2,12 @@
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ObjectFault {
-    /// HDF5's own message.
     Hdf5(String),
     Refused(String),
     Elsewhere(String),
-    /// Place of an object whose name is not UTF-8, and cannot be used.
+    /// Place of an object whose name is not UTF-8 and cannot be used.
     Unnamed(String),
-    /// A variable's part in another file that is missing: part and file.
+    /// A part of a variable lies in a missing file: part and file.
     Absent(String),
 }
 
@@ -20,11 +19,10 @@ pub(crate) struct GroupMember {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Object {
-    /// Identity of the group.
     Group(String),
     Dataset(DatasetInfo),
     Not(ObjectFault),
-    /// Named types, and dangling links.
+    /// Named types and dangling links.
     Other,
 }
 
@@ -45,7 +43,6 @@ impl DatasetInfo {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Holds {
-    /// Bytes of a value.
     Integers(usize),
     Unsigned(usize),
     Floats(usize),
@@ -58,7 +55,6 @@ impl Holds {
         matches!(self, Holds::Integers(_) | Holds::Unsigned(_) | Holds::Floats(_))
     }
 
-    /// Name in NumPy.
     pub(crate) fn name(&self) -> String {
         match self {
             Holds::Integers(bytes) => format!("int{}", 8 * bytes),

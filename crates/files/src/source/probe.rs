@@ -1,8 +1,8 @@
-//! First read of a file, in a process of its own, so that a damaged file harms that process alone.
+//! First read of a file in a separate process, so that a damaged file harms that process alone.
 //!
-//! The process gets a path, little memory, and little processor time for each step, and reads everything that this
-//! program could read. Its exit status and a line of text are the verdict. HDF5's own errors do not end it: the program
-//! meets them later, with their place.
+//! The process gets a path, little memory, and little processor time for each step. It reads everything that this
+//! program could read. Its exit status and a line of text are the verdict. Errors that HDF5 reports do not end it:
+//! the program meets them later, with their place.
 
 use std::ffi::{OsStr, OsString};
 use std::io::{Read, Write};
@@ -21,18 +21,18 @@ const ARGUMENT: &str = "--probe-hdf5";
 const FOLLOW: &str = "follow";
 const STAY: &str = "stay";
 
-/// Memory beyond that at the start of the process, bytes of address space.
+/// Bytes of address space allowed beyond those at the start of the process.
 const MEMORY: u64 = 768 << 20;
-/// Processor time for a step, such as a block of values, s: ten times that of any successful step.
+/// Processor time for a step, such as a block of values, s: ten times the longest successful step.
 const PROCESSOR: u64 = 3;
-/// Time for a file, mostly waiting for a disk or a network, and bytes that add a second.
+/// A file may take this long, mostly waiting for a disk or a network, plus a second for every `BYTES_PER_SECOND`.
 const PATIENCE: Duration = Duration::from_secs(120);
 const BYTES_PER_SECOND: u64 = 4 << 20;
 /// Longest time without computing or reading, even with a slow disk.
 const STANDSTILL: Duration = Duration::from_secs(6);
 const LOOK: Duration = Duration::from_millis(250);
 
-/// Exit statuses. All but the first come with a line.
+/// Exit statuses of the probe. All but the first come with a line.
 const SOUND: u8 = 0;
 const DAMAGED: u8 = 10;
 const BEYOND_LIMITS: u8 = 11;
@@ -42,40 +42,40 @@ const PANICKED: i32 = 101;
 
 static COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
 static OWNS_PROCESS: AtomicBool = AtomicBool::new(false);
-/// Latest files with a verdict, valid until they are written to.
+/// Verdicts on the latest files, each valid until the file is written to.
 static KNOWN: Mutex<Vec<ProbeVerdict>> = Mutex::new(Vec::new());
 const MOST_KNOWN: usize = 256;
 
 struct ProbeVerdict {
     identity: Identity,
     follow_external: bool,
-    /// `None` if the file may be opened.
     damage: Option<String>,
 }
 
 /// Sets the command (program with arguments) that first reads an HDF5 file without an intact seal. The program must
-/// pass the two additional arguments to [`probe`], and exit with its result. Without a command files are opened at
-/// once: a damaged one may crash the process. Only the first call counts.
+/// pass the two additional arguments to [`probe`], and exit with its result. Without a command files are opened
+/// directly, and a damaged one may crash the process. Only the first call counts.
 pub fn set_probe(command: Vec<OsString>) {
     let _ = COMMAND.set(command);
 }
 
-/// [`set_probe`] with this program, whose `main` must call [`probe_if_asked`] first, and which uses HDF5 nowhere else.
+/// Like [`set_probe`] with this program. Its `main` must call [`probe_if_asked`] first, and must not use HDF5
+/// elsewhere in that process.
 pub fn probe_by_this_program() {
     OWNS_PROCESS.store(true, Ordering::Relaxed);
-    // If the system does not know the program, the error at its start says so.
+    // If the system does not know the program, starting it will report an error.
     let program = std::env::current_exe().unwrap_or_default();
     set_probe(vec![program.into(), ARGUMENT.into()]);
 }
 
-/// Probes a file if the program's arguments request it.
+/// Probes a file if the program's arguments request it. Returns the exit status, or `None` without a request.
 pub fn probe_if_asked() -> Option<ExitCode> {
     let mut arguments = std::env::args_os().skip(1);
     (arguments.next()? == ARGUMENT).then(|| ExitCode::from(probe(arguments)))
 }
 
-/// Reads a whole file within limits of memory and time that stay with the process. Returns the exit status for a
-/// program of [`set_probe`].
+/// Reads a whole file, within limits of memory and time that then remain on the process. Returns the exit status for
+/// a program of [`set_probe`].
 pub fn probe(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let mut arguments = arguments.into_iter();
     let (Some(follow), Some(path)) = (arguments.next(), arguments.next()) else {
@@ -91,7 +91,7 @@ pub fn probe(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Err(Reason::Damaged(detail)) => (DAMAGED, detail),
         Err(Reason::BeyondLimits(what)) => (BEYOND_LIMITS, what),
         Err(Reason::InUse) => (IN_USE, String::new()),
-        // The writing run has ended, or the file was replaced.
+        // The run that wrote the file has ended, or the file was replaced.
         Err(other) => (CHANGED, other.to_string()),
     };
     let line: String = line.replace(char::is_control, " ").chars().take(1000).collect();
@@ -99,17 +99,17 @@ pub fn probe(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     status
 }
 
-/// Whether no other code uses HDF5 in this process.
 pub(super) fn owns_process() -> bool {
     OWNS_PROCESS.load(Ordering::Relaxed)
 }
 
-/// Whether HDF5 lacked memory, which this process may have.
+/// Whether HDF5 ran out of memory that this process may have.
 pub(super) fn lacks_memory(fault: &ObjectFault) -> bool {
     matches!(fault, ObjectFault::Hdf5(detail) if detail.contains("alloc"))
 }
 
-/// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program gets the same error.
+/// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program gets the same
+/// error.
 fn read_whole(source: &Source) -> Result<(), ResultError> {
     source.attributes("")?;
     source.walk(&mut |path, member| {
@@ -135,7 +135,7 @@ fn read_whole(source: &Source) -> Result<(), ResultError> {
     })
 }
 
-/// Reads all values, several chunks at a time, so that none is unpacked twice.
+/// Reads all values, several chunks at a time, so that no chunk is unpacked twice.
 fn read_values(source: &Source, path: &str, info: &DatasetInfo) -> Result<(), ResultError> {
     const BLOCK: usize = 65_536;
     let shape = &info.shape;
@@ -168,7 +168,7 @@ fn read_values(source: &Source, path: &str, info: &DatasetInfo) -> Result<(), Re
             .collect();
         source.read::<f64>(path, &part)?;
         if std::mem::take(&mut is_first) {
-            // The other conversion of numbers.
+            // HDF5's conversion to integers is tested, too.
             source.read::<i64>(path, &part)?;
         }
         let mut index = shape.len();
@@ -190,7 +190,7 @@ fn limit_memory() {
     #[cfg(unix)]
     {
         use rustix::process::{Resource, Rlimit, setrlimit};
-        // An interpreter as the parent has mapped memory already.
+        // A parent that is an interpreter has mapped memory already.
         let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
         let pages = statm.split(' ').next().and_then(|pages| pages.parse::<u64>().ok());
         let mapped = pages.unwrap_or(0) * rustix::param::page_size() as u64;
@@ -199,13 +199,12 @@ fn limit_memory() {
                 current: Some(most),
                 maximum: Some(most),
             };
-            // Without this limit, those on time and sizes remain.
+            // If this limit fails, the limits on time and sizes remain.
             let _ = setrlimit(resource, limit);
         }
     }
 }
 
-/// Allows this process the processor time of one more step.
 fn renew_time() {
     #[cfg(unix)]
     {
@@ -220,7 +219,7 @@ fn renew_time() {
     }
 }
 
-/// Whether HDF5 may open a file in this process: its seal is intact, or a probe has survived it. A growing file is
+/// Whether HDF5 may open a file in this process: its seal is intact, or a probe has survived it. Growing files are
 /// probed each time.
 pub(super) fn admit(path: &Path, follow_external: bool, is_growing: bool) -> Result<(), Reason> {
     let Some(command) = COMMAND.get() else {
@@ -266,11 +265,12 @@ pub(super) fn admit(path: &Path, follow_external: bool, is_growing: bool) -> Res
     verdict
 }
 
-/// Has `command` (program with arguments, see [`set_probe`]) read the file at `path`, with links to other files if `follow_external`.
+/// Lets `command` (program with arguments, see [`set_probe`]) read the file at `path`, with links to other files if
+/// `follow_external`.
 ///
 /// # Errors
-/// [`Reason::Damaged`] and other faults of the file; [`Reason::NoReader`] if the process does not start, is ended from outside, or makes
-/// no progress.
+/// [`Reason::Damaged`] and other faults of the file; [`Reason::NoReader`] if the process does not start, is ended
+/// from outside, or makes no progress.
 pub fn run_probe(command: &[OsString], path: &Path, follow_external: bool) -> Result<(), Reason> {
     let not_started = |why: String| Reason::NoReader(format!("did not start: {why}"));
     let Some((program, arguments)) = command.split_first().filter(|(program, _)| !program.is_empty()) else {
@@ -285,7 +285,7 @@ pub fn run_probe(command: &[OsString], path: &Path, follow_external: bool) -> Re
         .stdout(Stdio::piped())
         // The verdict replaces messages of the C library.
         .stderr(Stdio::null());
-    // Ctrl-C is for the program, which may still need to read.
+    // Ctrl-C is meant for the program, which may still need to read.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut process, 0);
     let mut child = process.spawn().map_err(|error| not_started(error.to_string()))?;
@@ -321,7 +321,7 @@ pub fn run_probe(command: &[OsString], path: &Path, follow_external: bool) -> Re
     verdict(status, line.trim_end())
 }
 
-/// Ends a process; it is left alone if it waits for a disk that does not answer.
+/// Kills a process, and leaves it alone if it waits for a disk that does not answer.
 fn kill(child: &mut Child) {
     let _ = child.kill();
     for _ in 0..40 {
@@ -352,7 +352,7 @@ fn verdict(status: ExitStatus, line: &str) -> Result<(), Reason> {
 fn ended_by_signal(status: ExitStatus) -> Result<(), Reason> {
     use rustix::process::Signal;
     use std::os::unix::process::ExitStatusExt;
-    // No damage to a file causes these.
+    // Damage to a file causes none of these.
     const FROM_OUTSIDE: [Signal; 4] = [Signal::HUP, Signal::INT, Signal::KILL, Signal::TERM];
     let signal = status.signal().unwrap_or_default();
     if FROM_OUTSIDE.iter().any(|other| other.as_raw() == signal) {
@@ -378,7 +378,7 @@ fn ended_by_signal(status: ExitStatus) -> Result<(), Reason> {
 struct Activity {
     last: Instant,
     looked: Instant,
-    /// Ticks of processor time plus bytes; `None` if the system does not know.
+    /// Ticks of processor time plus bytes; `None` if the system does not tell.
     done: Option<u64>,
 }
 
@@ -405,7 +405,6 @@ impl Activity {
     }
 }
 
-/// Sum of a process's ticks of processor time and bytes read or written.
 fn done_by(child: &Child) -> Option<u64> {
     let of_process = |name: &str| std::fs::read_to_string(format!("/proc/{}/{name}", child.id())).ok();
     let stat = of_process("stat")?;

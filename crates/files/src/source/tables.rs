@@ -5,7 +5,8 @@ use std::ops::Range;
 use super::{DatasetInfo, Object, Source, joined};
 use crate::{Reason, ResultError, schema};
 
-/// The columns of a group, all as long as its first variable. Readers fail for a column that is missing or of another length.
+/// The columns of a group, all as long as its first variable. Readers fail for a missing column, or one of another
+/// length.
 #[derive(Debug)]
 pub struct TableReader<'a> {
     source: &'a Source,
@@ -19,7 +20,7 @@ impl TableReader<'_> {
         Ok(self.read(name, 1)?.0)
     }
 
-    /// The values of a column over a further dimension, row by row, and the length of that.
+    /// The values of a column that has a second dimension, row by row, and the length of that dimension.
     pub fn matrix(&self, name: &str) -> Result<(Vec<f64>, usize), ResultError> {
         let (values, shape) = self.read(name, 2)?;
         Ok((values, shape[1]))
@@ -37,7 +38,7 @@ impl TableReader<'_> {
     }
 }
 
-/// The error of a variable with this shape among columns of these lengths.
+/// The error of a variable whose shape does not fit the columns of its table.
 pub(crate) fn uneven(path: &str, shape: &[usize], lengths: &[usize]) -> Reason {
     let (group, name) = path.rsplit_once('/').unwrap_or(("", path));
     let listed = |lengths: &[usize], by: &str| lengths.iter().map(ToString::to_string).collect::<Vec<_>>().join(by);
@@ -50,7 +51,6 @@ pub(crate) fn uneven(path: &str, shape: &[usize], lengths: &[usize]) -> Reason {
 }
 
 impl Source {
-    /// A table for reading.
     pub(crate) fn table(&self, group: &str) -> Result<TableReader<'_>, ResultError> {
         let members = self.members(group)?;
         let mut columns = members.iter().filter_map(|member| match &member.is {
@@ -64,19 +64,19 @@ impl Source {
         })
     }
 
-    /// Fails at a variable that is not over the dimensions of its group.
+    /// Fails at the first variable that is not over the dimensions of its group.
     pub(crate) fn check_tables(&self) -> Result<(), ResultError> {
         self.uneven(1)?.into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// The first `most` variables that are not over the dimensions of their groups. A group without a coordinate variable is a table
-    /// in studies alone: other programs may add groups to the result of a run.
+    /// Returns the first `most` variables that are not over the dimensions of their groups. A group without a
+    /// coordinate variable is a table in studies alone: other programs may add groups to the result of a run.
     pub(crate) fn uneven(&self, most: usize) -> Result<Vec<ResultError>, ResultError> {
         let mut groups: Vec<(String, Vec<(String, DatasetInfo)>)> = vec![(String::new(), Vec::new())];
         self.walk(&mut |path, member| {
             match &member.is {
                 Object::Group(_) => groups.push((path.to_owned(), Vec::new())),
-                // Earlier versions stored checksums beside the variables.
+                // Earlier versions stored checksums next to the variables.
                 Object::Dataset(info) if !info.shape.is_empty() && member.name != "checksums" => {
                     let of = path.rsplit_once('/').map_or("", |(group, _)| group);
                     let group = groups.iter_mut().rev().find(|group| group.0 == of);

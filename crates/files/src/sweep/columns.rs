@@ -1,4 +1,4 @@
-//! Datasets of a sweep file: columns of points, events, further tables.
+//! Datasets of a sweep file: points, events, further tables.
 
 use hdf5::{Dataset, Group, Hyperslab, Selection, SliceOrIndex};
 
@@ -162,7 +162,6 @@ impl SweepColumns {
     }
 }
 
-/// Writes a grid's axis with its values as a dimension scale.
 pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Dataset> {
     let dataset = create_axis(group, axis, axis.values.len())?;
     let mut values = Values::new(axis.variable.kind, axis.values.len());
@@ -188,7 +187,7 @@ fn create(group: &Group, variable: &Variable, shape: &[usize]) -> hdf5::Result<D
     Ok(dataset)
 }
 
-/// Writes a table, and returns its first column, the dimension.
+/// Writes a table, and returns its first column, which is the dimension.
 pub(super) fn write_columns(group: &Group, columns: &[FileColumn]) -> hdf5::Result<Option<Dataset>> {
     let mut scale: Option<Dataset> = None;
     for FileColumn { variable, values } in columns {

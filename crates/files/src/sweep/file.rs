@@ -1,4 +1,4 @@
-//! Reads the file of a sweep.
+//! Reader of sweep files.
 
 use std::ops::Range;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub struct SweepFile {
 }
 
 impl SweepFile {
-    /// Opens a sweep file. Fails if it is missing, no sweep file, damaged, or of a newer version.
+    /// Opens a sweep file. Fails if it is missing, not a sweep file, damaged, or of a newer version.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let source = Source::open_known(path)?;
         let file = SweepFile { source };
@@ -26,7 +26,7 @@ impl SweepFile {
         }
     }
 
-    /// Whether the file at `path` is a sweep's.
+    /// Whether the file at `path` is a sweep file.
     pub fn is_one(path: &Path) -> bool {
         Source::is_of_format(path, schema::SWEEP_FORMAT)
     }
@@ -77,10 +77,10 @@ impl SweepFile {
         self.source.dataset(variable)?.ok_or_else(|| self.missing(variable))
     }
 
-    /// A whole variable as doubles, the last dimension fastest. Fails if it is missing or unreadable, or in a group and not
-    /// as long as its neighbours.
+    /// A whole variable as doubles, the last dimension fastest. Fails if it is missing or unreadable, or if it is in
+    /// a group and not as long as the group's other variables.
     pub fn numbers(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
-        // The axes of a shard's grid are dimensions, each of its own length.
+        // The axes of a shard's grid are dimensions, each with its own length.
         if let Some((group, name)) = variable.rsplit_once('/')
             && group != AXES_GROUP
         {
@@ -91,7 +91,7 @@ impl SweepFile {
         self.source.read(variable, &all)
     }
 
-    /// [`Self::numbers`] with NaN for the fill value.
+    /// Like [`Self::numbers`], with NaN instead of the fill value.
     pub fn values(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
         let mut values = self.numbers(variable)?;
         if let Some(fill) = self.source.described(variable)?.count_fill() {

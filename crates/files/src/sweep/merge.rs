@@ -1,4 +1,4 @@
-//! Merges the files of a study's shards: byte for byte the file of a single sweep.
+//! Merges the files of a study's shards. The result equals the file of a single sweep byte for byte.
 
 use std::path::{Path, PathBuf};
 
@@ -9,18 +9,18 @@ use crate::check::check_sound;
 use crate::disk::same_file;
 use crate::{Overwrite, Reason, Reservation, ResultError, Status, partial_path};
 
-/// Inputs and output of a merger.
+/// Inputs and output of a merge.
 #[derive(Debug, Clone, Copy)]
 pub struct MergeOptions<'a> {
     /// Files of all shards of one study, in any order.
     pub shards: &'a [PathBuf],
     /// Output file.
     pub output: &'a Path,
-    /// Whether an existing file may be replaced; by default not even a result of this program.
+    /// Whether an existing file may be replaced. By default even a result of this program may not.
     pub replace: bool,
 }
 
-/// Result of a merger.
+/// Result of a merge.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MergeReport {
     /// Output file.
@@ -29,13 +29,13 @@ pub struct MergeReport {
     pub digest: String,
     /// Number of shards.
     pub shards: usize,
-    /// Number of points in them.
+    /// Number of points in all shards.
     pub points: usize,
     /// Number of points whose run failed.
     pub failed: usize,
 }
 
-/// Reason for which shards cannot be merged.
+/// Reason why shards cannot be merged.
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// A file cannot be read or written.
@@ -46,11 +46,11 @@ pub enum MergeError {
     Shards(String),
 }
 
-/// Merges the shards of a study into the very bytes of a single sweep.
+/// Merges the shards of a study. The result equals the file of a single sweep byte for byte.
 ///
 /// # Errors
-/// Shards of different studies, builds or divisions, missing, double, or incomplete; an existing output; failures to
-/// read and write.
+/// Shards that are of different studies, builds or divisions, missing, duplicate, or incomplete; an existing output;
+/// failures to read and write.
 pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     let output = options.output;
     if options.shards.iter().any(|shard| same_file(shard, output)) {
@@ -65,7 +65,7 @@ pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     let shards = open_all(options)?;
     let plan = shards[0].plan()?;
     let header = shards[0].header()?;
-    // After checks that name faults of the study itself.
+    // Checked last: faults of the study itself have clearer messages.
     shards.iter().try_for_each(|shard| check_sound(shard.path()))?;
     let overwrite = if options.replace {
         Overwrite::Force
@@ -172,7 +172,7 @@ fn without(missing: &[usize], count: usize) -> String {
     )
 }
 
-/// For example "2, 5 to 9 and 12".
+/// Lists numbers in words, such as "2, 5 to 9 and 12".
 fn in_words(numbers: &[usize]) -> String {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for &number in numbers {
@@ -195,7 +195,6 @@ fn in_words(numbers: &[usize]) -> String {
     }
 }
 
-/// First difference between two shards' programs: name and both values.
 fn difference(first: &SweepHeader, second: &SweepHeader) -> Option<(String, [String; 2])> {
     if first.source != second.source {
         return Some(("source".to_owned(), [first.source.clone(), second.source.clone()]));

@@ -3,7 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `schema` | names and plan of a sweep file |
-//! | `partition` | distribution of points to shards |
+//! | `partition` | distribution of points among shards |
 //! | `columns` | datasets of points, events, and further tables |
 //! | `file`, `shard` | readers of sweep and shard files |
 //! | `writer` | writer of both |

@@ -1,22 +1,22 @@
-//! Distribution of a study's points to its shards.
+//! Distribution of a study's points among its shards.
 //!
-//! Point n goes to shard n mod N, as cards are dealt. In a grid this would repeat after some rows (lines along the last
-//! axis): one value of an axis (a slow method, say) could always go to the same shard. The dealing therefore shifts by
-//! one shard then.
+//! Point n goes to shard n mod N, as cards are dealt. In a grid this pattern can repeat after some rows (lines along
+//! the last axis), so that one value of an axis, such as a slow method, would always go to the same shard. The
+//! dealing then shifts by one shard.
 
-/// Distribution of a study's points to shards.
+/// Distribution of a study's points among shards.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Partition {
     shape: Vec<usize>,
     shards: usize,
     row: usize,
-    /// Points after which the dealing would repeat: whole rows, and equally many for every shard.
+    /// Number of points after which the dealing would repeat: whole rows, and equally many points for every shard.
     cycle: usize,
 }
 
 impl Partition {
     /// Divides the points of a grid with these axis lengths, or of a table with this many rows, into `shards` parts.
-    /// All numbers are at least 1.
+    /// All numbers must be at least 1.
     pub fn new(shape: &[usize], shards: usize) -> Self {
         let row = shape.last().copied().unwrap_or(1).max(1);
         let shards = shards.max(1);
@@ -29,7 +29,7 @@ impl Partition {
         }
     }
 
-    /// Lengths of a grid's axes; only the number of points for a table.
+    /// Axis lengths of a grid, or the number of points of a table.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }

@@ -4,16 +4,13 @@ use super::partition::Partition;
 use crate::AttributeValue;
 use crate::schema::{self, TableSchema, Variable};
 
-/// Smallest number of points in the buffer, and size of a chunk.
+/// Smallest number of buffered points, and the number of points in a chunk.
 pub(super) const BLOCK: usize = 16_384;
-/// Variable with the outcome of a point.
 pub(super) const POINT_STATUS: &str = "status";
 pub(super) const POINT_STATUSES: [(i8, &str); 3] = [(0, "complete"), (1, "failed"), (2, "missing")];
 pub(super) const POINT: &str = "point";
-/// Groups of a sweep file, with their dimensions.
 pub(super) const FAILURES: (&str, &str) = ("failures", "failure");
 pub(super) const EVENTS: (&str, &str) = ("events", "event");
-/// Group of a shard with the axes of a grid.
 pub(super) const AXES_GROUP: &str = "axes";
 pub(super) const INPUT_STUDY: &str = "study";
 pub(super) const INPUT_CASE: &str = "case";
@@ -52,7 +49,7 @@ pub struct SweepAxis {
 }
 
 impl SweepAxis {
-    /// An axis of numbers or, if there are any, of these words.
+    /// An axis of numbers or, unless `words` is empty, of these words.
     pub fn new(name: &str, keys: String, units: &str, long_name: &str, words: &[String], values: Vec<f64>) -> Self {
         let mut variable = match words {
             [] => Variable::quantity(name, units, long_name),
@@ -64,17 +61,16 @@ impl SweepAxis {
     }
 }
 
-/// Wording of a study's events.
+/// Wording for a study's events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EventForm {
-    /// Whether cases number their parts; their contact may be engaged.
+    /// Whether cases number their bodies. The contact may then be engaged.
     pub numbers_parts: bool,
     /// Whether metres replace radians.
     pub translation: bool,
 }
 
 impl EventForm {
-    /// Table of the events of all points, point after point.
     pub(super) fn table(self) -> TableSchema {
         let speed = if self.translation { "m s-1" } else { "rad s-1" };
         let (group, dimension) = EVENTS;
@@ -96,7 +92,7 @@ impl EventForm {
     }
 }
 
-/// Layout of the points.
+/// Arrangement of the points in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SweepLayout {
     /// Every variable has the axes as dimensions, the last one fastest.
@@ -112,17 +108,18 @@ pub struct SweepPlan {
     pub layout: SweepLayout,
     /// The axes; in a grid, the last runs fastest.
     pub axes: Vec<SweepAxis>,
-    /// Variables; missing values are [`Variable::fill`] in counts, NaN in quantities.
+    /// One variable per quantity. Missing values are [`Variable::fill`] in counts and NaN in quantities.
     pub variables: Vec<Variable>,
     /// Number of points.
     pub points: usize,
     /// Wording of the events, if they are kept.
     pub events: Option<EventForm>,
-    /// The shard, if the file holds one instead of the whole study; its points form a table.
+    /// The shard, if the file holds one instead of the whole study. Its points form a table.
     pub shard: Option<ShardPlan>,
 }
 
-/// An event of a point: time (s), codes of kind and later mode, relative velocity (rad/s), internal force (N).
+/// An event of a point: time (s), codes of its kind and of the mode after it, relative velocity (rad/s), internal
+/// force (N).
 pub(crate) type SweepCell = [f64; 5];
 
 /// A point of a sweep file.
@@ -132,11 +129,11 @@ pub struct SweepRow {
     pub number: u64,
     /// Values on the axes of a table; empty in a grid.
     pub coordinates: Vec<f64>,
-    /// A value for each variable (NaN if missing); `None` if the point failed or is missing.
+    /// A value for each variable, NaN if missing; `None` if the point failed or is missing.
     pub values: Option<Vec<f64>>,
     /// Message of a failed point.
     pub failure: Option<String>,
-    /// Events of the point; empty where they are not kept.
+    /// Events of the point; empty if they are not kept.
     pub events: Vec<SweepCell>,
 }
 
@@ -157,7 +154,7 @@ impl ShardPlan {
 pub struct ShardPlan {
     /// Index of the shard, from 0.
     pub shard: usize,
-    /// How the points of the study are divided into shards.
+    /// Division of the study's points into shards.
     pub partition: Partition,
     /// Layout of the whole study.
     pub layout: SweepLayout,

@@ -1,7 +1,7 @@
-//! File of a shard: some of a study's points, with all data for the merger.
+//! File of a shard: some points of a study, with all data that the merge needs.
 //!
-//! The points form a table, whatever the study's layout; `point` has their numbers in the study. Root attributes have
-//! number and count of the shard; a grid's axes are in /axes.
+//! The points form a table, whatever the study's layout. `point` holds their numbers in the study. Root attributes
+//! name the shard and the number of shards. The axes of a grid are in /axes.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,19 +19,19 @@ use crate::source::Source;
 use crate::table::create_group;
 use crate::{Reason, ResultError};
 
-/// Root attributes: number of the shard, from 1, and number of shards;
+/// Root attributes: number of the shard (from 1), and number of shards.
 const SHARD: &str = "shard";
 const SHARD_COUNT: &str = "shard_count";
-/// axis lengths of a grid, number of points of a table;
+/// Root attribute: axis lengths of a grid, or number of points of a table.
 const SHAPE: &str = "study_shape";
-/// layout of the whole, "grid" or "table";
+/// Root attribute: layout of the study, "grid" or "table".
 const LAYOUT: &str = "study_layout";
-/// names of axes and of variables, in order, separated by blanks;
+/// Root attributes: names of axes and of variables, in order, separated by blanks.
 const AXES: &str = "study_axes";
 const VARIABLES: &str = "study_variables";
-/// names of /meta's attributes, in order.
+/// Root attribute: names of the attributes of /meta, in order.
 const META: &str = "study_meta";
-/// Limits of a study far beyond any real one: points; shards; axes or variables of a point.
+/// Limits of a study, far beyond any real one: points; shards; axes, or variables of a point.
 const POINTS: usize = 1 << 40;
 const SHARDS: usize = 1 << 20;
 const NAMES: usize = 4096;
@@ -77,7 +77,7 @@ pub struct ShardFile {
 }
 
 impl ShardFile {
-    /// Opens a shard's file. Fails if it is missing, of another kind, damaged, or of a newer version.
+    /// Opens the file of a shard. Fails if it is missing, of another kind, damaged, or of a newer version.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let source = Source::open_known(path)?;
         let inner = SweepFile { source };
@@ -139,7 +139,7 @@ impl ShardFile {
         self.shard
     }
 
-    /// Distribution of the study's points.
+    /// Distribution of the study's points among its shards.
     pub fn partition(&self) -> &Partition {
         &self.partition
     }
@@ -154,7 +154,7 @@ impl ShardFile {
         self.inner.failures()
     }
 
-    /// Number of finished points, failed ones included. Fails if it is unreadable.
+    /// Number of finished points, including failed ones. Fails if it is unreadable.
     pub fn done(&self) -> Result<usize, ResultError> {
         let missing = f64::from(POINT_STATUSES[2].0);
         let status = self.inner.numbers(POINT_STATUS)?;
@@ -254,7 +254,6 @@ impl ShardFile {
         })
     }
 
-    /// Points one by one, in the order of their numbers.
     pub(super) fn rows(&self, plan: &SweepPlan) -> Result<ShardRows, ResultError> {
         let axes: &[SweepAxis] = match self.layout {
             SweepLayout::Grid => &[],
@@ -306,7 +305,6 @@ impl ShardFile {
 
 const BLOCK: usize = 4096;
 
-/// A column, read in blocks from its beginning.
 struct ColumnBlocks {
     file: Arc<SweepFile>,
     name: String,
@@ -316,7 +314,7 @@ struct ColumnBlocks {
 }
 
 impl ColumnBlocks {
-    /// Value of a row at or after the last one read; `None` beyond the end.
+    /// Value of a row, which must not lie before the last one read; `None` beyond the end.
     fn at(&mut self, row: usize) -> Result<Option<f64>, ResultError> {
         if row >= self.length {
             return Ok(None);
@@ -371,7 +369,7 @@ impl EventRows {
 }
 
 impl ShardRows {
-    /// The next point, which must have this number. Closes the file.
+    /// Reads the next point, which must have this number, and closes the file.
     pub(super) fn next(&mut self, number: u64) -> Result<SweepRow, ResultError> {
         let row = self.read(number)?;
         self.file.source.close();

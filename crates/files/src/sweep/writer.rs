@@ -1,4 +1,4 @@
-//! Writes a sweep file: a row, or a cell of a grid, for each point, in the order of their numbers.
+//! Writer of sweep files: a row, or a cell of a grid, for each point in the order of the numbers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use crate::table::{create_file as create_hdf5, create_group};
 use crate::target::{self, Reservation};
 use crate::{FileColumn, ResultError, Status};
 
-/// Writes one sweep file, under a hidden name until it is complete.
+/// Writer of one sweep file, which has a hidden name until it is complete.
 pub struct SweepWriter {
     made: PathBuf,
-    /// Drop order: the datasets close before their file.
+    /// Declared first: the datasets must close before their file.
     columns: SweepColumns,
     file: hdf5::File,
     place: Reservation,
@@ -62,7 +62,7 @@ impl SweepWriter {
             .map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
 
-    /// Adds a group with a table; the first column is its dimension.
+    /// Adds a group with a table. Its first column is the dimension.
     pub fn add_table(
         &mut self,
         group: &str,
@@ -79,8 +79,8 @@ impl SweepWriter {
         .map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
 
-    /// Ends the file, and returns its path: its own name if the sweep is complete, otherwise its partial name. Fails if
-    /// it cannot be written, or a file that may not be replaced has appeared at the target.
+    /// Ends the file, and returns its path: its own name if the sweep is complete, otherwise its partial name. Fails
+    /// if the file cannot be written, or if a file that may not be replaced has appeared at the target.
     pub fn finish(self, status: &Status) -> Result<PathBuf, ResultError> {
         let SweepWriter {
             made,
@@ -101,7 +101,7 @@ impl SweepWriter {
         let target = if *status == Status::Complete { path } else { partial };
         target::rename(&made, target, place.overwrite)?;
         if *status == Status::Complete {
-            // Left by an earlier interruption, if it exists.
+            // An earlier interruption may have left this file.
             let _ = fs::remove_file(partial);
         }
         Ok(target.clone())

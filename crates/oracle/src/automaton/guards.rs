@@ -16,23 +16,23 @@ pub(super) enum ExactGuard {
     Separation,
     Contact,
     Breakaway(i8),
-    /// An end of the piece of the friction law, +1 for the upper one.
+    /// End of the piece of the friction law, +1 for the upper end.
     Knot(i8),
-    /// |omega_r| passes the stick speed of an engaged contact.
+    /// |omega_r| passes the stick speed of a contact without stick.
     Threshold,
 }
 
 pub(super) struct FiredGuard<const N: usize> {
     pub after: Float<N>,
     pub guard: ExactGuard,
-    /// The guard stood beyond its boundary at the start.
+    /// Whether the guard stood beyond its boundary at the start.
     pub beyond: bool,
     /// Number of leading coefficients that vanish because of the preceding event.
     pub known: usize,
 }
 
 impl<const N: usize> ExactRun<N> {
-    /// The guard that ends the step first. The step may end at `until` at the latest.
+    /// The guard that fires first within the step, which ends at `until` at the latest.
     pub(super) fn first_guard(
         &mut self,
         expansion: &ExactExpansion<N>,
@@ -66,7 +66,7 @@ impl<const N: usize> ExactRun<N> {
             }
             let earlier = |first: &FiredGuard<N>| {
                 if let (ExactGuard::Separation, ExactGuard::Breakaway(_)) = (first.guard, guard) {
-                    // A torque that is zero up to rounding breaks no stick before the force is gone.
+                    // A torque that is zero up to rounding breaks no stick before the force has vanished.
                     !self.within_instant(&first.after, &after)
                 } else {
                     after < first.after
@@ -138,7 +138,7 @@ impl<const N: usize> ExactRun<N> {
         guards
     }
 
-    /// Whether the force reaches zero at a corner, up to an instant or rounding: the corner decides then.
+    /// Whether the force reaches zero at a corner, up to an instant or rounding. The corner decides then.
     fn belongs_to_corner(&self, after: &Float<N>, until: &Float<N>) -> bool {
         let Some(corner) = self.corners.front().map(Float::<N>::from_rational) else {
             return false;

@@ -1,7 +1,7 @@
 //! Two equal disks in absolute angles, with the contact state of equation (9): the model of the paper's procedure.
 //!
-//! The equations are as printed: torques are differences of angles that reach hundreds of radians, and friction changes
-//! its sign inside the right-hand side. The reference runs use [`super::equations`] instead, which explains why.
+//! The equations are those of the paper. Torques are differences of angles that reach hundreds of radians, and
+//! friction changes its sign inside the right-hand side. Reference runs use [`super::equations`], which explains why.
 
 use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
 use super::{Axial, BreakawayTest, Mode};
@@ -37,10 +37,10 @@ pub const DAMPING_LOSS: usize = 9;
 /// Work of F, J.
 pub const WORK: usize = 10;
 
-/// The state; the constants of this module name its components.
+/// The state. The constants of this module are the indices of its components.
 pub type AbsoluteState = [f64; DIMENSION];
 
-/// The paper's two disks: a free rotor with its surface on a shaft, and a surface on an equal shaft to the ground.
+/// The paper's two disks: a free rotor whose surface is on a shaft, and a surface on an equal shaft to the ground.
 #[derive(Debug)]
 pub struct AbsoluteModel {
     /// I, kg m^2.
@@ -59,13 +59,13 @@ pub struct AbsoluteModel {
     axial: Axial,
     /// F(t), N.
     pub force: Pieces,
-    /// Rotor and its surface at t = 0, rad/s.
+    /// Initial speed of the rotor and its surface, rad/s.
     speed: f64,
 }
 
 impl AbsoluteModel {
-    /// From a system of two equal disks without initial twist, under nothing but the axial motion and kicks to both
-    /// surfaces; `None` for other systems.
+    /// Takes the parameters of a system of two equal disks without initial twist. Only the axial motion and kicks on
+    /// both surfaces may act on it; `None` for other systems.
     pub fn new(system: &System) -> Option<Self> {
         let (rotor, stator, initial) = (&system.rotor, &system.stator, &system.initial);
         let Pressing::Axial { axial, actuation } = &system.pressing else {
@@ -128,7 +128,7 @@ impl AbsoluteModel {
         y[PHI2_DOT] - y[PHI1_DOT]
     }
 
-    /// (T_r, T_s), equation (2), N m: differences of absolute angles, which lose digits.
+    /// (T_r, T_s), equation (2), N m. They are differences of absolute angles, which lose digits.
     fn torques(&self, y: &AbsoluteState) -> (f64, f64) {
         let (rate, twist) = (y[THETA_DOT] - y[PHI2_DOT], y[THETA] - y[PHI2]);
         (
@@ -148,7 +148,7 @@ impl AbsoluteModel {
         self.transmitted_torque(y) / self.radius
     }
 
-    /// The torque of the interface in a mode under F_n (N), N m.
+    /// Torque of the interface in a mode under the normal force F_n (N), N m.
     pub fn friction_torque(&self, mode: Mode, y: &AbsoluteState, normal_force: f64) -> f64 {
         match mode {
             Mode::Separated | Mode::Engaged => 0.0,
@@ -167,7 +167,7 @@ impl AbsoluteModel {
         self.damping + 2.0 * self.radius * normal_force * slope
     }
 
-    /// Whether the margin is not negative. Without damping it has the sign of the slope of friction, whatever the force.
+    /// Whether the margin is not negative. Without damping it has the sign of the friction law's slope.
     pub fn is_stable(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> bool {
         if self.damping != 0.0 {
             return self.stability_margin(sense, relative_velocity, normal_force) >= 0.0;
@@ -180,8 +180,8 @@ impl AbsoluteModel {
         self.breakaway * self.radius * normal_force
     }
 
-    /// Contact state by (5) and (9): stick if |omega_r| < `epsilon` (rad/s) and the tested torque is within mu_0 r F_n.
-    /// `separated`: the disks were apart, and touch only under a positive force.
+    /// Contact state by (5) and (9): stick if |omega_r| < `epsilon` (rad/s) and the tested torque is within mu_0 r
+    /// F_n. If the disks were `separated`, they touch only under a positive force.
     pub fn contact(&self, y: &AbsoluteState, separated: bool, epsilon: f64) -> Mode {
         let force = self.pressing_force(y);
         if force < 0.0 || (separated && force == 0.0) {
@@ -202,8 +202,8 @@ impl AbsoluteModel {
         }
     }
 
-    /// dy/dt with a fixed contact mode: (1), (2), (5) and (3), (4) or neither. Friction has the sign of omega_r at each
-    /// evaluation, or the sense of the mode if omega_r is exactly zero.
+    /// dy/dt in a fixed contact mode: (1), (2), (5), and (3), (4) or neither, depending on the mode. Friction has the
+    /// sign of omega_r at each evaluation, or the sense of the mode if omega_r is exactly zero.
     pub fn rhs(&self, mode: Mode, t: f64, y: &AbsoluteState, dydt: &mut AbsoluteState) {
         let w = self.relative_velocity(y);
         let interface = if mode.sense() == 0 {
@@ -242,7 +242,7 @@ impl AbsoluteModel {
         dydt[WORK] = -force * y[Z_DOT];
     }
 
-    /// Both surfaces at their mean speed, as in (4).
+    /// The state with both surfaces at their mean speed, as in (4).
     pub fn joined(&self, y: &AbsoluteState) -> AbsoluteState {
         let mean = 0.5 * (y[PHI1_DOT] + y[PHI2_DOT]);
         let mut joined = *y;
@@ -251,7 +251,7 @@ impl AbsoluteModel {
         joined
     }
 
-    /// State after a kick that adds `delta` (rad/s) to omega_r, half to each surface; stick absorbs it.
+    /// The state after a kick that adds `delta` (rad/s) to omega_r, half on each surface. Stick absorbs the kick.
     pub fn kicked(&self, mode: Mode, y: &AbsoluteState, delta: f64) -> AbsoluteState {
         let mut kicked = *y;
         if mode != Mode::Stick {

@@ -1,9 +1,9 @@
-//! The axial motion (1), (11) and the contact force (5), in closed form.
+//! Axial motion (1), (11) and contact force (5) in closed form.
 //!
-//! The axial equation is linear and independent, and F(t) piecewise linear. So between the corners of F the exact
-//! solution is a straight line plus a free oscillation. It costs a few operations without step-size error, and the
-//! contact force, its zeros (separation, contact) and the axial energies are functions of time alone. An integrator
-//! would carry a 0.5 kHz mode through seconds of standstill for the same numbers.
+//! The axial equation is linear and independent of the rotation, and F(t) is piecewise linear. Between the corners of
+//! F the exact solution is therefore a straight line plus a free oscillation. It takes a few operations and has no
+//! step-size error. The contact force, its zeros (separation, contact) and the axial energies are functions of time
+//! alone. An integrator would have to follow a 0.5 kHz mode through seconds of standstill to get the same values.
 
 use super::Axial;
 use super::bounds::positive_for;
@@ -12,11 +12,12 @@ use super::oscillator::DampedOscillator;
 use crate::numerics::Number;
 use crate::signal::{self, Pieces, Signal};
 
-/// Events closer than this (s) are simultaneous: far below the spacing of doubles at their times, far above the error
-/// of the multiprecision runs. It only decides the order of a change of the contact and a kick at a corner of F.
+/// Events closer than this (s) are simultaneous. The value is far below the spacing of doubles at the times of
+/// events, and far above the error of multiprecision runs. It only orders a contact change and a kick at a corner of
+/// F.
 pub(crate) const SAME_INSTANT: f64 = 1e-18;
 
-/// The axial state, with the pressing force and energies.
+/// The axial state, with pressing force and energies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxialState {
     /// z, m; negative in compression.
@@ -47,14 +48,14 @@ pub struct ContactChange {
 /// Cause of a change of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChangeCause {
-    /// The pressing force passes through zero.
+    /// The pressing force crosses zero.
     Zero,
-    /// A corner of F: the pressing force is zero there up to rounding, and leaves it to the other side.
+    /// A corner of F. The pressing force is zero there up to rounding, and then changes sides.
     Corner,
-    /// A corner of F at which the pressing force already stands beyond zero: it has crossed zero at the time of the corner
-    /// in doubles, or the ringing pressed, but was below its floor.
+    /// A corner of F at which the pressing force is already beyond zero: its zero is the corner's time in doubles, or
+    /// the contact was ringing below its floor.
     Beyond,
-    /// No change up to this time: the search has used its steps and continues from here.
+    /// No change up to this time: the search has used all its steps, and continues from here.
     Searched,
 }
 
@@ -64,12 +65,12 @@ impl ContactChange {
         ContactChange { time, cause }
     }
 
-    /// Whether the pressing force is zero at this moment, up to rounding, and leaves it.
+    /// Whether the pressing force is zero at this moment, up to rounding, and then leaves zero.
     pub fn departs(self) -> bool {
         matches!(self.cause, ChangeCause::Zero | ChangeCause::Corner)
     }
 
-    /// Whether the change belongs to the corner at its time, and so precedes a kick of that time.
+    /// Whether the change belongs to the corner at its time, and therefore precedes a kick at that time.
     pub fn at_corner(self) -> bool {
         matches!(self.cause, ChangeCause::Corner | ChangeCause::Beyond)
     }
@@ -85,13 +86,13 @@ pub struct AxialMotion {
     pieces: Vec<AxialPiece>,
 }
 
-/// The ringing: difference between the pressing force and F, in any type of [`Number`].
+/// The ringing, which is the difference between the pressing force and F, in any type of [`Number`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ringing<T = f64> {
     oscillator: DampedOscillator<T>,
-    /// m h'' (N) and m h''' (N/s) at the start of each stretch of F. They are carried from stretch to stretch, not
-    /// derived from z: after a rest their small remainder decides when the contact closes, and next to z it would be
-    /// rounding.
+    /// m h'' (N) and m h''' (N/s) at the start of each stretch of F. They are carried from stretch to stretch instead
+    /// of derived from z. After a rest their small remainder decides when the contact closes, and next to z it would
+    /// be rounding.
     starts: Vec<(T, T)>,
 }
 
@@ -101,7 +102,7 @@ impl<T: Number> Ringing<T> {
         let oscillator = DampedOscillator::new(mass, damping, stiffness);
         let mut starts: Vec<(T, T)> = Vec::with_capacity(force.all().len());
         let mut before: Option<&signal::Piece> = None;
-        // The pressing force and its rate at the start of a stretch: from rest at t = 0, zero with the rate c_a F / m.
+        // Pressing force and its rate at the start of a stretch: from rest at t = 0, zero with the rate c_a F / m.
         let mut pressing = (T::of(0.0), T::of(0.0));
         for piece in force.all() {
             let (value, slope) = (T::of(piece.value), T::of(piece.slope));
@@ -109,11 +110,11 @@ impl<T: Number> Ringing<T> {
                 (Some(before), Some(&(q, rate))) => {
                     let length = before.end - before.start;
                     let tau = T::of(before.end) - T::of(before.start);
-                    // The ringing takes up a step of F, and its rate a change of slope.
+                    // The ringing absorbs a step of F, and its rate absorbs a change of slope.
                     let step = value - T::of(before.end_value);
                     let jump = damping * step / mass;
                     if axial.fastest_rate() * length < SHORT {
-                        // A steep slope would cancel in the rate of F and ringing.
+                        // A steep slope would cancel between the rates of F and of the ringing.
                         let (start, steep) = (T::of(before.value), T::of(before.slope));
                         let (held, held_rate) = oscillator.advance(pressing.0 - start, pressing.1, tau);
                         let (lag, lag_rate) = oscillator.lag(tau);
@@ -146,16 +147,16 @@ struct AxialPiece {
     /// Free part h at `start`: displacement and velocity.
     free: (f64, f64),
     ringing: (f64, f64),
-    /// Time into the stretch after which the free part is below the rounding of the rest.
+    /// Time (s) from the start, after which the free part is below the rounding of the particular solution.
     silent_after: f64,
     work: f64,
     dissipated: f64,
-    /// Bounds of the pressing force over all later pieces.
+    /// Bounds of the pressing force over all later pieces, N.
     lowest_later: f64,
     highest_later: f64,
 }
 
-/// Smaller ringing (N) has ended: doubles below this lose their digits.
+/// Amplitude (N) below which the ringing has ended: smaller doubles lose their digits.
 const GONE: f64 = 1e-250;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,22 +165,22 @@ enum AxialSearch {
     None,
     /// The remaining ringing does not count as a touch.
     Rest,
-    /// The force keeps its sign up to this time (s); the steps of the search are used up.
+    /// The force keeps its sign up to this time (s), at which the steps of the search are used up.
     Searched(f64),
 }
 
-/// Most steps of one search: tenths of a second. Each step covers a part of an oscillation, and a run has some
-/// thousands of these.
+/// Most steps of one search, which take tenths of a second. A step covers a part of an oscillation, and a run has
+/// some thousands of them.
 const SEARCH: u32 = 1_000_000;
 
-/// Length of a stretch of F, in the time of the fastest motion, below which the ringing at its end comes from a series.
+/// In a stretch of F shorter than this (times of the fastest motion) a series gives the ringing at the end.
 const SHORT: f64 = 0.1;
 
-/// Error of a rate that is a difference, relative to its parts: some roundings of their sums.
+/// Error of a rate that is a difference, relative to the terms: some roundings of their sums.
 const RATE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl AxialMotion {
-    /// The motion under F(t), from rest at t = 0.
+    /// The axial motion under F(t), from rest at t = 0.
     pub fn new(axial: &Axial, force: &Signal) -> Self {
         let force = force.pieces();
         let mut motion = AxialMotion {
@@ -211,13 +212,13 @@ impl AxialMotion {
         self.piece(force, (-offset, -drift), ringing, (0.0, 0.0))
     }
 
-    /// At a corner z, z' and the pressing force are continuous. No difference of large numbers is taken.
+    /// The piece after a corner, at which z, z' and the pressing force are continuous. No large numbers cancel.
     fn next_piece(&self, last: &AxialPiece, force: signal::Piece, ringing: (f64, f64)) -> AxialPiece {
         let Axial { stiffness, damping, .. } = self.axial;
         let tau = last.force.end - last.force.start;
         let state = self.evaluate(last, last.force.end);
         let (h, h_rate) = self.ringing.oscillator.advance(last.free.0, last.free.1, tau);
-        // Jump of the particular solution, since z does not jump.
+        // Jump of the particular solution, because z does not jump.
         let turn = (force.slope - last.force.slope) / stiffness;
         let step = (force.value - last.force.end_value) / stiffness;
         let free = (h - damping * turn / stiffness + step, h_rate + turn);
@@ -266,7 +267,7 @@ impl AxialMotion {
         self.evaluate(self.piece_at(t), t)
     }
 
-    /// (kinetic, elastic) energy of a state, J.
+    /// Kinetic and elastic energy of a state, J.
     pub fn energies(&self, state: &AxialState) -> (f64, f64) {
         let axial = &self.axial;
         (
@@ -275,13 +276,13 @@ impl AxialMotion {
         )
     }
 
-    /// The pressing force -c_a z' - k_e z at `t`, N, the only input to the torsional equations.
+    /// The pressing force -c_a z' - k_e z at `t` (s), N. It is the only axial quantity in the torsional equations.
     #[inline]
     pub fn pressing_force(&self, t: f64) -> f64 {
         self.pressing_on(self.force.index(t), t)
     }
 
-    /// The pressing force (N) at `t` by the motion on a piece of F, continued beyond its ends.
+    /// The pressing force (N) at `t` (s) from the motion on one piece of F, continued beyond the ends of the piece.
     #[inline]
     pub fn pressing_on(&self, piece: usize, t: f64) -> f64 {
         let piece = &self.pieces[piece];
@@ -298,11 +299,11 @@ impl AxialMotion {
         &self.ringing
     }
 
-    /// Taylor coefficients of the pressing force (N) about `t`, by powers of time over `unit` (s), filling `out` (at
-    /// least two). Returns the degree beyond which they are zero. They are valid until the next corner of F. `ringing`
-    /// belongs to this motion.
+    /// Fills `out` (at least two elements) with Taylor coefficients of the pressing force (N) about `t` (s), by
+    /// powers of time over `unit` (s). They are valid until the next corner of F. Returns the degree beyond which
+    /// they are zero. `ringing` must belong to this motion.
     ///
-    /// Ringing below e^-45 of F, 3e-20, is left out in all number types.
+    /// Ringing below e^-45 of F (3e-20) is omitted in all number types.
     pub fn pressing_series<T: Number>(&self, ringing: &Ringing<T>, t: f64, unit: f64, out: &mut [T]) -> usize {
         let index = self.force.index(t);
         let (piece, force) = (&self.pieces[index], &self.pieces[index].force);
@@ -329,7 +330,6 @@ impl AxialMotion {
         self.second_derivative_bound(q, rate)
     }
 
-    /// Bound of |q''| from (q, q') on, for a free oscillation.
     fn second_derivative_bound(&self, q: f64, rate: f64) -> f64 {
         let Axial {
             mass,
@@ -337,24 +337,24 @@ impl AxialMotion {
             damping,
             ..
         } = self.axial;
-        // The energy m q'^2 + k q^2 never grows: it bounds |q| and |q'|, and by the equation |q''|.
+        // The energy m q'^2 + k q^2 never grows. It bounds |q| and |q'|, and by the equation |q''|.
         let twice_energy = mass * rate * rate + stiffness * q * q;
         (damping * (twice_energy / mass).sqrt() + stiffness * (twice_energy / stiffness).sqrt()) / mass
     }
 
-    /// Lower bound of the pressing force from `t` on for all time, N.
+    /// Lower bound of the pressing force at all times from `t` (s) on, N.
     pub fn lowest_pressing_force_after(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.lowest_later.min(self.bounds_in_piece(piece, t).0)
     }
 
-    /// Upper bound of the pressing force from `t` on for all time, N.
+    /// Upper bound of the pressing force at all times from `t` (s) on, N.
     pub fn highest_pressing_force_after(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.highest_later.max(self.bounds_in_piece(piece, t).1)
     }
 
-    /// Lower and upper bound of the pressing force from `t` to the end of the piece.
+    /// Bounds of the pressing force from `t` (s) to the end of the piece, N.
     fn bounds_in_piece(&self, piece: &AxialPiece, t: f64) -> (f64, f64) {
         let tau = (t - piece.force.start).max(0.0);
         let from = piece.force.at(tau);
@@ -363,24 +363,24 @@ impl AxialMotion {
         (from.min(to) - ringing, from.max(to) + ringing)
     }
 
-    /// Whether the ringing has ended at `t`: the pressing force is F, up to rounding.
+    /// Whether the ringing has ended at `t` (s), so that the pressing force equals F up to rounding.
     pub fn is_silent(&self, t: f64) -> bool {
         let piece = self.piece_at(t);
         t - piece.force.start >= piece.silent_after
     }
 
-    /// End of the ringing in the stretch of F around `t`, s; infinite if it lasts to the end.
+    /// Time at which the ringing ends in the stretch of F around `t` (s), s; infinite if it lasts to the end.
     pub fn silent_from(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.force.start + piece.silent_after
     }
 
-    /// Time at which the ringing from the last corner before `t` has decayed by `e_folds`, s; infinite if it never has.
+    /// Time at which the ringing from the last corner before `t` (s) has decayed by `e_folds`, s; may be infinite.
     pub fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
         self.piece_at(t).force.start + e_folds / self.ringing.oscillator.slowest_decay()
     }
 
-    /// The pressing force (N) at `t`, with a bound up to the next corner.
+    /// The pressing force (N) at `t` (s), with a bound of its curvature up to the next corner.
     pub fn bounded(&self, t: f64) -> Bounded {
         let piece = self.piece_at(t);
         let (value, rate) = self.pressing(piece, t - piece.force.start);
@@ -391,16 +391,16 @@ impl AxialMotion {
         }
     }
 
-    /// The next change of the contact after `t` and up to `until`: it opens if `closed`, else it closes.
+    /// The next change of the contact after `t` and up to `until` (s): it opens if `closed`, otherwise it closes.
     ///
-    /// It opens where the pressing force falls through 0, and closes where it rises through 0, with one exception:
-    /// while F does not press, an open contact stays open once it rings less than [`Axial::ringing_floor`]. At the
-    /// corner that ends this rest, it closes at once if the force stands at zero or beyond.
+    /// It opens when the pressing force falls through 0, and closes when it rises through 0, with one exception.
+    /// While F does not press, an open contact stays open once it rings less than [`Axial::ringing_floor`]. At the
+    /// corner that ends this rest, it closes at once if the force is zero or positive.
     ///
-    /// `departing`: the force leaves zero at `t`, to the side that `closed` names, after a change or at the start of
-    /// contact.
+    /// `departing` means that the force leaves zero at `t`, to the side that `closed` names, after a change or at the
+    /// start of contact.
     ///
-    /// Zeros are bracketed by bounds of the curvature, so that none is passed over. A search that needs too many steps
+    /// Zeros are bracketed by bounds of the curvature, so that no zero is missed. A search that needs too many steps
     /// ends with [`ChangeCause::Searched`].
     pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         let sign = if closed { 1.0 } else { -1.0 };
@@ -441,8 +441,8 @@ impl AxialMotion {
         None
     }
 
-    /// Whether a contact on the side `sign` stays there despite ringing: F does not press, and an open contact rings
-    /// too little to touch, or a closed one has ended ringing.
+    /// Whether a contact on the side `sign` stays there despite ringing. F does not press, and either an open contact
+    /// rings too little to touch, or a closed contact has stopped ringing.
     fn rests(&self, piece: &AxialPiece, tau: f64, sign: f64) -> bool {
         if piece.force.value > 0.0 || piece.force.end_value > 0.0 {
             return false;
@@ -450,15 +450,15 @@ impl AxialMotion {
         if sign < 0.0 {
             self.free_amplitude(piece, tau) < self.axial.ringing_floor
         } else {
-            // An overdamped contact that F has left would never open; doubles end at some 1e-308.
+            // An overdamped contact that F has released would never open. Doubles end at about 1e-308.
             piece.force.value == 0.0
                 && piece.force.slope == 0.0
                 && ringing_amplitude(&self.axial, self.ringing_at(piece, tau)) < GONE
         }
     }
 
-    /// At the corner where a rest ends: cause, and the side to which the pressing force leaves zero or on which it
-    /// stands.
+    /// Cause of a change at the corner that ends a rest, and the side of zero on which the pressing force is or will
+    /// be.
     fn leaving(&self, piece: &AxialPiece) -> (ChangeCause, f64) {
         let (force, rate) = self.pressing(piece, 0.0);
         let curvature = self.ringing.oscillator.curvature(piece.ringing);
@@ -473,8 +473,8 @@ impl AxialMotion {
         (ChangeCause::Corner, side)
     }
 
-    /// Side to which the pressing force leaves a corner of F where it is zero up to rounding or an instant; `None` where it
-    /// is not, or stays zero.
+    /// The side to which the pressing force leaves zero at a corner of F. `None` if it is not zero there, up to
+    /// rounding or one instant, or if it stays zero.
     fn zero_at_corner(&self, before: &AxialPiece, piece: &AxialPiece) -> Option<f64> {
         let (force, rate) = self.pressing(piece, 0.0);
         let frequency = (self.axial.stiffness / self.axial.mass).sqrt();
@@ -501,14 +501,15 @@ impl AxialMotion {
         ringing_amplitude(&self.axial, self.ringing_at(piece, end))
     }
 
-    /// Shift by rounding of a zero of the pressing force at a corner of F, s: F is exact there, the ringing is not.
+    /// Error of the time (s) of a zero of the pressing force at a corner of F, from rounding: F is exact, the ringing
+    /// is not.
     pub fn rounding_at_corner(&self, t: f64) -> f64 {
         let index = self.force.index(t);
         let (_, rate) = self.pressing(&self.pieces[index], 0.0);
         let before = index
             .checked_sub(1)
             .map_or(0.0, |before| self.ringing_at_end(&self.pieces[before]));
-        // One of them has the steep slope of a short stretch in it.
+        // One of the two pieces contains the steep slope of a short stretch.
         let ringing = before.min(ringing_amplitude(&self.axial, self.pieces[index].ringing));
         if rate == 0.0 {
             0.0
@@ -517,7 +518,7 @@ impl AxialMotion {
         }
     }
 
-    /// Rounding of the pressing force at `t` (s) by that of the times of earlier steps and short stretches of F, N.
+    /// Error of the pressing force at `t` (s) from rounded times of earlier steps and short stretches of F, N.
     pub fn rounding_of_times(&self, t: f64) -> f64 {
         let rate = self.axial.fastest_rate();
         let pieces = &self.pieces[..=self.force.index(t)];
@@ -534,8 +535,8 @@ impl AxialMotion {
         rate * pairs.sum::<f64>()
     }
 
-    /// First zero of sign * pressing force within one piece, found by steps over which it provably stays positive.
-    /// `steps` counts the remaining ones.
+    /// First zero of sign * pressing force within one piece. The search takes steps over which the product provably
+    /// stays positive; `steps` counts those that remain.
     fn change_in_piece(
         &self,
         piece: &AxialPiece,
@@ -562,7 +563,7 @@ impl AxialMotion {
             } else if departing {
                 departing = false;
                 let none = 1e-3 * (self.axial.mass / self.axial.stiffness).sqrt();
-                // In doubles of this size the step can vanish.
+                // For such large times the step can be below the spacing of doubles.
                 grows_for().unwrap_or(none).max(4.0 * f64::EPSILON * t)
             } else if g <= 0.0 {
                 return AxialSearch::Zero(t);
@@ -570,7 +571,7 @@ impl AxialMotion {
                 positive_for(g, rate, curvature)
             };
             if t + delta <= t && t == piece.force.start {
-                // Close to zero at a corner, the further course of the force decides.
+                // Close to zero at a corner, the later course of the force decides.
                 delta = grows_for().unwrap_or(delta);
             }
             if t + delta <= t {
@@ -586,10 +587,10 @@ impl AxialMotion {
         AxialSearch::None
     }
 
-    /// Time over which sign * pressing force, zero up to rounding, provably grows (s); `None` without a proof.
+    /// Time (s) over which sign * pressing force, zero up to rounding, provably grows; `None` without a proof.
     ///
-    /// Its rate is the sum of the slopes of F and of the ringing, which cancel where contact starts with a ramp: their
-    /// rounding is not a rate. The force then leaves zero with its second derivative, or without damping with its
+    /// Its rate is the sum of the slopes of F and of the ringing, which cancel where contact starts with a ramp. The
+    /// rounding of this sum is no rate. The force then leaves zero with its second derivative or, undamped, with its
     /// third.
     fn departure(&self, piece: &AxialPiece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
         let rounding = RATE_ROUNDING * piece.force.slope.abs();
@@ -597,7 +598,7 @@ impl AxialMotion {
         let turn = self.ringing.oscillator.curvature(ringing);
         let bend = sign * turn;
         let by_bend = if bend > 0.0 && rate >= -rounding {
-            // The bound of the second derivative, applied one derivative higher.
+            // Same as the bound of the second derivative, one derivative higher.
             bend / self.second_derivative_bound(ringing.1, turn)
         } else {
             0.0
@@ -606,7 +607,7 @@ impl AxialMotion {
         (delta > 0.0).then_some(delta)
     }
 
-    /// The ringing and its rate at `tau` (s) into a piece, N and N/s; zero once it is silent.
+    /// The ringing (N) and its rate (N/s) at `tau` (s) into a piece; zero once it has ended.
     #[inline]
     fn ringing_at(&self, piece: &AxialPiece, tau: f64) -> (f64, f64) {
         if tau >= piece.silent_after {
@@ -615,7 +616,7 @@ impl AxialMotion {
         self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau)
     }
 
-    /// The pressing force and its rate at `tau` (s) into a piece, N and N/s.
+    /// The pressing force (N) and its rate (N/s) at `tau` (s) into a piece.
     fn pressing(&self, piece: &AxialPiece, tau: f64) -> (f64, f64) {
         let (q, rate) = self.ringing_at(piece, tau);
         (piece.force.at(tau) + q, piece.force.slope + rate)
@@ -649,13 +650,13 @@ impl AxialMotion {
         };
         let displacement = piece.offset + piece.drift * tau + free.0;
         let (h0, v0) = piece.free;
-        // Integral of z from m h'' + c h' + k h = 0, for the work of a force with slope: W = -[F z] + slope * integral
-        // of z.
+        // Integral of z, from m h'' + c h' + k h = 0, for the work of a force with slope: W = -[F z] + slope *
+        // integral of z.
         let free_integral = -(mass * (free.1 - v0) + damping * (free.0 - h0)) / stiffness;
         let integral = piece.offset * tau + piece.drift * tau * tau / 2.0 + free_integral;
         let start_displacement = piece.offset + h0;
         let work = -(force * displacement - piece.force.value * start_displacement) + piece.force.slope * integral;
-        // c_a times the integral of (drift + h')^2; the free part's loss is its loss of energy.
+        // c_a times the integral of (drift + h')^2. The free part contributes its loss of energy.
         let free_loss = (mass * (v0 * v0 - free.1 * free.1) + stiffness * (h0 * h0 - free.0 * free.0)) / 2.0;
         let dissipated = damping * (piece.drift * piece.drift * tau + 2.0 * piece.drift * (free.0 - h0)) + free_loss;
         AxialState {
@@ -670,7 +671,6 @@ impl AxialMotion {
     }
 }
 
-/// Largest |q| that the energy of (q, q') allows from now on.
 fn ringing_amplitude(axial: &Axial, (q, rate): (f64, f64)) -> f64 {
     (q * q + rate * rate * axial.mass / axial.stiffness).sqrt()
 }

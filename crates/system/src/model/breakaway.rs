@@ -1,10 +1,9 @@
-//! Breakaway of a stick, located by bounds of the tested torque.
+//! Breakaway from stick, located with bounds of the tested torque.
 
 use super::bounds::positive_for;
 
-/// Most steps of one search for a breakaway. A system with a damped fast mode takes a few hundred. A system so
-/// overdamped that its time scales are a million apart could take minutes, during which the run must stay
-/// interruptible.
+/// Most steps of one search for a breakaway. A system with a damped fast mode takes a few hundred. A strongly
+/// overdamped system, with time scales a million apart, could take minutes, and must stay interruptible.
 const MOST_ROUNDS: u64 = 100_000;
 
 /// Result of a search for a breakaway.
@@ -19,23 +18,23 @@ pub enum Breakaway {
     },
     /// No breakaway within the searched stretch.
     NotYet,
-    /// No breakaway before `until`; the search has used its steps.
+    /// No breakaway before `until`, where the search has used all its steps.
     NotBefore {
         /// Time since the start, s.
         until: f64,
     },
-    /// No breakaway as long as the bounds are valid.
+    /// No breakaway while the bounds are valid.
     Never,
 }
 
-/// A function of time at one instant, with a bound for all later times.
+/// A function of time: its value and rate at one instant, with a bound for all later times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounded {
     /// Value at the time.
     pub value: f64,
-    /// Derivative by time at the time, 1/s of the value.
+    /// Derivative with respect to time, 1/s of the value's unit.
     pub rate: f64,
-    /// The largest |second derivative| from here on.
+    /// Largest |second derivative| from this time on, 1/s^2 of the value's unit.
     pub curvature: f64,
 }
 
@@ -50,22 +49,22 @@ impl Bounded {
     }
 }
 
-/// Input of a search for a breakaway.
+/// Parameters of a search for a breakaway.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BreakawaySearch {
     /// Time scale of the motion, s.
     pub period: f64,
-    /// Searched time, s.
+    /// Length of the searched stretch, s.
     pub within: f64,
-    /// A torque up to this (N m) is rounding and breaks no stick.
+    /// Torques up to this (N m) are rounding, and break no stick.
     pub noise: f64,
 }
 
-/// The first time since the start of a stick at which the tested torque reaches the breakaway torque.
+/// The first time after the start of a stick (s) at which the tested torque reaches the breakaway torque.
 ///
-/// `tested` gives the torque a time after the start, and its largest magnitude from then on; `limit` the breakaway
-/// torque, and `lowest` its least value from then on. The search steps over times in which the bounds exclude a root,
-/// so that it passes over none.
+/// `tested` returns the torque at a time after the start, with a bound of its later magnitude. `limit` returns the
+/// breakaway torque, and `lowest` its least later value. The search steps over times in which the bounds exclude a
+/// root, so that no root is missed.
 pub(crate) fn first_breakaway(
     search: BreakawaySearch,
     tested: impl Fn(f64) -> (Bounded, f64),
@@ -81,7 +80,7 @@ pub(crate) fn first_breakaway(
             return Breakaway::Never;
         }
         let curvature = limit.curvature + torque.curvature;
-        // Before delta neither distance to the limit can reach zero.
+        // Neither distance to the limit can reach zero before delta.
         let (mut delta, mut sense) = (f64::INFINITY, 0.0);
         for s in [1.0, -1.0] {
             let (g, rate) = (limit.value - s * torque.value, limit.rate - s * torque.rate);
@@ -94,7 +93,7 @@ pub(crate) fn first_breakaway(
                 (delta, sense) = (step, s);
             }
         }
-        // Contact that is closing under no torque: the limit is zero now, and positive right after.
+        // A closing contact under no torque: the limit is zero now, and positive just after.
         let unloaded = torque.value.abs() <= search.noise;
         if round == 0 && limit.value <= 0.0 && unloaded && (limit.rate > 0.0 || curvature > 0.0) {
             tau = 1e-3 * search.period;

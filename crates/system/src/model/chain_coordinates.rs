@@ -1,40 +1,40 @@
 //! Coordinates in which the Jacobian of a long chain is a band.
 //!
-//! In twist coordinates every speed is a sum of twist rates, and bearings couple an inertia with all inertias outside
-//! it. In speeds and twists, ordered along the chain from the far end of the stator to that of the rotor, an inertia is
-//! coupled with its neighbours only:
+//! In twist coordinates every speed is a sum of twist rates, and a bearing couples its inertia with all inertias
+//! further from the contact. If the state consists of speeds and twists instead, ordered along the chain from the far
+//! end of the stator to that of the rotor, an inertia is coupled with its neighbours only:
 //!
 //! ```text
 //! stator  v_(n-1) q_(n-2) ... q_0 v_0 | slip, bristles | v_0 q_0 v_1 ... rotor | the other quadratures
 //! ```
 //!
-//! A change of coordinates takes one pass along the chain, and a linear system n steps of constant cost.
+//! A change of coordinates is one pass along the chain, and a linear system takes n steps of constant cost.
 
 use super::Mode;
 use super::equations::{Outside, Side, SystemEquations};
 use crate::numerics::band::BandMut;
 
-/// Distance of elements from the diagonal: in stick the speed of one surface depends on the inertia beyond the other.
+/// Largest distance of elements from the diagonal. In stick the speed of one surface depends on the inertia behind
+/// the other.
 pub const HALF_WIDTH: usize = 4;
 
-/// Components of the motion from which on a band is faster than a dense matrix.
+/// Number of components from which on a band is faster than a dense matrix.
 const LONG: usize = 20;
 
-/// Places of the components, and the linear part of the equations.
+/// Order of the components, and the linear part of the equations.
 #[derive(Debug)]
 pub struct ChainCoordinates {
-    /// Place of each component of the state; a twist rate becomes the speed of the inertia inside its shaft.
+    /// Place of each component of the state. A twist rate becomes the speed of the inertia on its shaft's inner side.
     places: Vec<usize>,
     /// Columns of the rates for T = 0, within the band.
     free: Vec<[f64; 2 * HALF_WIDTH + 1]>,
-    /// Rates per unit of T, and the coefficients of omega_r and T_f.
     interface: Vec<(usize, f64)>,
     relative_velocity: Vec<(usize, f64)>,
     transmitted: Vec<(usize, f64)>,
 }
 
 impl ChainCoordinates {
-    /// Coordinates for trains so long that a band is faster; `None` for others.
+    /// Coordinates for trains that are long enough for a band; `None` for others.
     pub fn of_long(system: &SystemEquations) -> Option<Self> {
         (system.mechanical() >= LONG).then(|| ChainCoordinates::new(system))
     }
@@ -48,7 +48,7 @@ impl ChainCoordinates {
             order.extend([stator.twists + 2 * i, stator.twists + 2 * i + 1]);
         }
         let first = stator.twists + 2 * stator.shafts() + usize::from(stator.speed.is_some());
-        // The slip follows the bristles.
+        // The slip displacement follows the bristles.
         order.extend((first..=system.slip).rev());
         let rotor = &system.rotor;
         for i in 0..rotor.shafts() {
@@ -71,7 +71,7 @@ impl ChainCoordinates {
         coordinates
     }
 
-    /// Fills the columns from unit changes, which reach neighbours only. Rounding beyond them is dropped.
+    /// Fills the columns with the effect of unit changes, which reach neighbours only. Rounding elsewhere is dropped.
     fn fill(&mut self, system: &SystemEquations) {
         let nothing = Outside::default();
         let n = system.dimension;
@@ -109,7 +109,7 @@ impl ChainCoordinates {
             .collect();
     }
 
-    /// Transforms a change of the state to these coordinates.
+    /// Transforms a change `x` of the state to these coordinates, `z`.
     pub fn enter(&self, system: &SystemEquations, x: &[f64], z: &mut [f64]) {
         for (&place, x) in self.places.iter().zip(x) {
             z[place] = *x;
@@ -138,7 +138,7 @@ impl ChainCoordinates {
         }
     }
 
-    /// [`SystemEquations::jacobian`] in these coordinates; `j` must be zero.
+    /// Fills `j` with [`SystemEquations::jacobian`] in these coordinates; `j` must be zero before.
     pub fn jacobian(
         &self,
         system: &SystemEquations,

@@ -1,16 +1,16 @@
-//! A system as chains of bodies, in the coordinates of its linear motions.
+//! A system as chains of bodies, in the coordinates of its linear motions (stick and separation).
 //!
-//! The bodies are the inertias. In stick both surfaces are one body, or at rest if one of them is. The coordinates are
-//! the twists, scaled to the size of their rates, and one of two sets of speeds. A chain that is tied to the ground or
-//! has bearings uses the speeds of its bodies: a slow body among fast ones is then rounded by its own change. A chain
-//! that drifts uses its twist rates; its common speed follows from its momentum. Constant torques are coordinates of
-//! the flow, and so is the angle of a chain that turns in bearings; neither has energy. The energy of the rest never
-//! grows.
+//! The bodies are the inertias. In stick both surfaces are one body, which is at rest if one surface is. The
+//! coordinates are the twists, scaled to the size of their rates, and one of two sets of speeds. A chain with a tie
+//! to the ground or with bearings uses the speeds of its bodies. The rounding of a slow body among fast ones is then
+//! that of its own change. A drifting chain uses its twist rates, and its common speed follows from its momentum. Two
+//! further kinds of coordinates have no energy: constant torques, and the angle of a chain that turns in bearings.
+//! The energy of the others never grows.
 
 use super::equations::{Outside, Side, SystemEquations};
 use nalgebra::{DMatrix, DVector};
 
-/// An entry or coordinate as a sum of terms (index, factor).
+/// An entry of the state or a coordinate, as a sum of terms (index, factor).
 #[derive(Debug, Clone)]
 pub(super) struct TermSum {
     pub of: usize,
@@ -25,14 +25,12 @@ impl TermSum {
     }
 }
 
-/// A chain without a tie to the ground and without bearings: its momentum is constant.
+/// A chain without a tie to the ground and without bearings, whose momentum is constant.
 #[derive(Debug)]
 pub(super) struct Drifting {
     inertia: f64,
-    /// For each of its speeds in the state: the entry, and the excess over the common speed as a row over the
-    /// coordinates.
+    /// For each of its speeds in the state: the entry, and the row of its excess over the common speed.
     pub speeds: Vec<(usize, DVector<f64>)>,
-    /// Whether the external torques of rotor and stator act on it.
     torques: [bool; 2],
 }
 
@@ -44,7 +42,7 @@ impl Drifting {
     }
 }
 
-/// The angle of a body: a row over the changes of the coordinates, plus the common angle of a drifting chain.
+/// Angle of a body: a row over changes of the coordinates, plus the common angle if the chain drifts.
 #[derive(Debug, Clone)]
 pub(super) struct Turning {
     pub row: DVector<f64>,
@@ -53,9 +51,9 @@ pub(super) struct Turning {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum EntryKind {
-    /// Speeds of its bodies, from the ground on.
+    /// A chain with a tie to the ground. Its speeds are those of its bodies, from the ground on.
     Tied,
-    /// Speeds of its bodies, and the angle of one of them at this coordinate.
+    /// A chain in bearings. Its speeds are those of its bodies, and the angle of one body is this coordinate.
     Turning(usize),
     Drifting,
 }
@@ -63,16 +61,16 @@ enum EntryKind {
 #[derive(Debug)]
 struct Shaft {
     side: usize,
-    /// Sign of the side: twist = sign (outer angle - inner angle).
+    /// +1 for the rotor, -1 for the stator: twist = sign (outer angle - inner angle).
     sign: f64,
     /// Outer and inner body; `None` is the ground.
     outer: Option<usize>,
     inner: Option<usize>,
     stiffness: f64,
     damping: f64,
-    /// Index of the twist in the state; its rate follows.
+    /// Index of the twist in the state. The twist rate follows it.
     entry: usize,
-    /// Coordinate of the twist rate in a drifting chain. The coordinate of the twist is the index of the shaft.
+    /// Coordinate of the twist rate in a drifting chain. The twist has the index of the shaft as its coordinate.
     rate: Option<usize>,
 }
 
@@ -81,7 +79,6 @@ struct Body {
     chain: usize,
     inertia: f64,
     viscous: f64,
-    /// Coordinate of its speed, unless it drifts.
     speed: Option<usize>,
 }
 
@@ -89,26 +86,25 @@ struct Body {
 pub(super) struct Chains<'a> {
     sides: [&'a Side; 2],
     stuck: bool,
-    /// In stick, a surface at rest holds the other.
+    /// Whether a surface at rest holds the other in stick.
     held: bool,
     bodies: Vec<Body>,
     /// Body of each inertia of rotor and stator; `None` is the ground.
     of_inertia: [Vec<Option<usize>>; 2],
     shafts: Vec<Shaft>,
-    /// One in stick, two in separation.
     chains: Vec<EntryKind>,
     omega: f64,
     /// Side, coordinate and factor of each torque: x = torque / factor.
     torques: Vec<(usize, usize, f64)>,
-    /// Number of coordinates with energy, which come first, and of all.
+    /// Number of coordinates with energy, which come first, and number of all coordinates.
     core: usize,
     dimension: usize,
-    /// Angle of each body: from the ground, from the angle of its chain, or relative to its first body.
+    /// Angle of each body: from the ground, from its chain's angle, or relative to the chain's first body.
     turned: Vec<DVector<f64>>,
 }
 
 impl<'a> Chains<'a> {
-    /// Chains of a stick or separation; `None` if a shaft has no stiffness, or if nothing moves by itself.
+    /// Chains in stick or separation; `None` if a shaft has no stiffness, or if nothing moves by itself.
     pub fn new(system: &'a SystemEquations, stuck: bool) -> Option<Chains<'a>> {
         let sides = [&system.rotor, &system.stator];
         if sides.iter().any(|side| side.stiffness.iter().any(|&k| k <= 0.0)) {
@@ -176,7 +172,6 @@ impl<'a> Chains<'a> {
         Some(chains)
     }
 
-    /// Numbers twists, then speeds or twist rates, then torques and angles.
     fn number_coordinates(&mut self) {
         let tied = |chain: usize| match self.stuck {
             true => self.sides.iter().any(|side| side.speed.is_none()),
@@ -277,7 +272,6 @@ impl<'a> Chains<'a> {
         self.dimension
     }
 
-    /// Side, coordinate and factor of each torque.
     pub fn torques(&self) -> &[(usize, usize, f64)] {
         &self.torques
     }
@@ -297,7 +291,7 @@ impl<'a> Chains<'a> {
         }
     }
 
-    /// A of x' = A x.
+    /// A in x' = A x.
     pub fn flow(&self) -> DMatrix<f64> {
         let mut accelerations = vec![self.zero(); self.bodies.len()];
         for (twist, shaft) in self.shafts.iter().enumerate() {
@@ -336,7 +330,6 @@ impl<'a> Chains<'a> {
         a
     }
 
-    /// Angle of a body of a drifting chain relative to the common motion.
     fn ahead(&self, body: usize) -> DVector<f64> {
         let chain = self.bodies[body].chain;
         let mut sum = self.zero();
@@ -353,7 +346,7 @@ impl<'a> Chains<'a> {
         members.map(|body| body.inertia).sum()
     }
 
-    /// Speed of a body relative to the common motion: the row of [`Self::ahead`], with twist rates for twists.
+    /// Speed of a body relative to the common motion: the row of [`Self::ahead`] with twist rates instead of twists.
     fn faster(&self, body: usize) -> DVector<f64> {
         let angle = self.ahead(body);
         let mut speed = self.zero();
@@ -365,7 +358,7 @@ impl<'a> Chains<'a> {
         speed
     }
 
-    /// P of the energy x^T P x, twice the energy relative to the common motion.
+    /// P in x^T P x, which is twice the energy relative to the common motion.
     pub fn energy(&self) -> DMatrix<f64> {
         let mut energy = DMatrix::zeros(self.dimension, self.dimension);
         for (twist, shaft) in self.shafts.iter().enumerate() {
@@ -383,13 +376,13 @@ impl<'a> Chains<'a> {
         energy
     }
 
-    /// Coordinate, entry and factor of each twist: x = factor y.
+    /// Coordinate, state entry and factor of each twist: x = factor y.
     pub fn twists(&self) -> Vec<(usize, usize, f64)> {
         let shafts = self.shafts.iter().enumerate();
         shafts.map(|(twist, shaft)| (twist, shaft.entry, self.omega)).collect()
     }
 
-    /// The entries of the state that the coordinates determine.
+    /// State entries that the coordinates determine.
     pub fn entries(&self) -> Vec<TermSum> {
         let mut entries = Vec::new();
         for (twist, shaft) in self.shafts.iter().enumerate() {
@@ -415,8 +408,8 @@ impl<'a> Chains<'a> {
         entries
     }
 
-    /// The speeds and twist rates among the coordinates, as sums over the state. The surfaces' common speed is read
-    /// from a tied train.
+    /// Speeds and twist rates among the coordinates, as sums over the state. The surfaces' common speed is read from
+    /// a tied train.
     pub fn speeds(&self) -> Vec<TermSum> {
         let rates = self.shafts.iter().filter_map(|shaft| {
             Some(TermSum {
@@ -489,14 +482,14 @@ impl<'a> Chains<'a> {
         body.map(|body| self.turning(body))
     }
 
-    /// Angle of the stator's outermost inertia, if both chains are free.
+    /// Angle of the stator's outermost inertia; `None` unless both chains are free.
     pub fn outermost(&self) -> Option<Turning> {
         let free = self.sides.iter().all(|side| side.speed.is_some());
         let body = self.of_inertia[1].last().copied().flatten();
         body.filter(|_| free).map(|body| self.turning(body))
     }
 
-    /// The torque that breakaway tests, N m, as a row over the coordinates.
+    /// The torque that the breakaway test uses, N m, as a row over the coordinates.
     pub fn tested(&self, system: &SystemEquations) -> DVector<f64> {
         let entries = self.entries();
         let of = |coordinate: usize, _| {
@@ -518,10 +511,10 @@ impl<'a> Chains<'a> {
         DVector::from_fn(self.dimension, of)
     }
 
-    /// Matrix from any coordinates to those at rest. Inner `None`: they are zero; outer `None`: unknown.
+    /// Matrix from any coordinates to those at rest. Inner `None`: they are zero. Outer `None`: they are unknown.
     ///
     /// Rest is A x = 0 under the present torques. A chain between two walls also keeps the sum l x of its twists: all
-    /// its shafts come to rest with one more torque, r. A + r l has an inverse.
+    /// its shafts come to rest with one additional torque, r. A + r l has an inverse.
     #[allow(clippy::option_option)] // not known, and zero
     pub fn rest(&self, a: &DMatrix<f64>) -> Option<Option<DMatrix<f64>>> {
         let tied = |side: usize| self.sides[side].speed.is_none() && !self.sides[side].inertia.is_empty();

@@ -1,6 +1,6 @@
 //! Stick and separation in closed form, for ends at rest and constant torques.
 //!
-//! The matrix exponential is exact at any time, and its energy proves that a stick never breaks away again. The
+//! The matrix exponential is exact at any time, and its energy can prove that a stick never breaks away again. The
 //! coordinates are those of `Chains`.
 
 use super::OfLinearModes;
@@ -11,15 +11,15 @@ use crate::model::breakaway::{Bounded, Breakaway, BreakawaySearch, first_breakaw
 use crate::model::linear_flow::{self, DecayingFlow};
 use nalgebra::{DMatrix, DVector};
 
-/// Most coordinates of a closed form. The work grows with the square of their number, for a Taylor series only in
-/// proportion.
+/// Largest number of coordinates with a closed form. Its work grows with the square of their number, a Taylor series'
+/// in proportion.
 const MOST: usize = 16;
 
-/// Both linear motions of a system, each made on first use.
+/// The linear motions of a system, in stick and in separation. Each is made on first use.
 pub type ClosedForm = OfLinearModes<LinearMotion>;
 
 impl ClosedForm {
-    /// The motion of a mode; `None` without a closed form: in slip, if a shaft has no stiffness, if nothing moves by
+    /// The motion of a mode. `None` without a closed form: in slip, if a shaft has no stiffness, if nothing moves by
     /// itself, and for long chains.
     pub fn of(&self, system: &SystemEquations, mode: Mode) -> Option<&LinearMotion> {
         self.get(mode, || LinearMotion::new(system, mode == Mode::Stick))
@@ -29,21 +29,20 @@ impl ClosedForm {
 /// The linear motion of one mode.
 #[derive(Debug)]
 pub struct LinearMotion {
-    /// Flow with the torque that breakaway tests, N m.
+    /// Its linear function is the torque that the breakaway test uses, N m.
     flow: Box<dyn DecayingFlow>,
     energy: DMatrix<f64>,
     dimension: usize,
-    /// Entries of the state from the coordinates, and speeds among the coordinates from the state.
     entries: Vec<TermSum>,
     speeds: Vec<TermSum>,
-    /// Coordinate, entry and factor of each twist: x = factor y.
+    /// Coordinate, state entry and factor of each twist: x = factor y.
     twists: Vec<(usize, usize, f64)>,
     /// Side, coordinate and factor of each torque: x = torque / factor.
     torques: Vec<(usize, usize, f64)>,
     drifting: Vec<Drifting>,
     driven: [Option<Turning>; 2],
     surfaces: [Option<Turning>; 2],
-    /// Angle of the stator's outermost inertia, if both chains are free.
+    /// Angle of the stator's outermost inertia; `None` unless both chains are free.
     outermost: Option<Turning>,
     /// Matrix from the initial coordinates to those at rest; `None` if these are zero.
     rest: Option<DMatrix<f64>>,
@@ -89,8 +88,8 @@ impl LinearMotion {
         x
     }
 
-    /// Writes the state a time `tau` >= 0 (s) after `y`, under the external torques of rotor and stator (N m). In stick
-    /// both surfaces have one speed.
+    /// Writes to `out` the state a time `tau` >= 0 (s) after `y`, under the external torques of rotor and stator (N
+    /// m). In stick both surfaces have the same speed.
     pub fn state(&self, y: &[f64], torques: [f64; 2], tau: f64, out: &mut [f64]) {
         let start = self.coordinates(y, torques);
         let mut x = start.clone();
@@ -131,13 +130,13 @@ impl LinearMotion {
         }
     }
 
-    /// The torque (N m) that breakaway tests in stick at `y`, under the external torques of rotor and stator (N m).
+    /// The torque (N m) of the breakaway test in stick at `y`, under the external torques of rotor and stator (N m).
     pub fn tested_torque(&self, y: &[f64], torques: [f64; 2]) -> f64 {
         self.flow.value(self.coordinates(y, torques).as_slice())
     }
 
-    /// Breakaway of a stick that begins with `y`, under the external torques of rotor and stator (N m). `limit` gives
-    /// the breakaway torque a time after the start, and `lowest` the least from there on, N m.
+    /// Searches for the breakaway of a stick that begins with `y`, under the external torques of rotor and stator (N
+    /// m). `limit` returns the breakaway torque at a time after the start, and `lowest` its least later value, N m.
     pub fn breakaway(
         &self,
         y: &[f64],

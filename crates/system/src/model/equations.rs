@@ -8,9 +8,9 @@
 //! q_i''    = s (w_(i+1)' - w_i').
 //! ```
 //!
-//! A train without a tie has the speed of its outermost inertia as a state; beyond the last shaft of a tied train the
-//! speed is its drive's, or zero. Every other speed is a sum of twist rates from there: no torque is a difference of
-//! large numbers.
+//! A train without a tie has the speed of its outermost inertia as a state. The speed beyond the last shaft of a tied
+//! train is that of its drive, or zero. Every other speed is a sum of twist rates from there, so that no torque is a
+//! difference of large numbers.
 
 use super::margin::twice_resistance;
 use super::system::{Bristles, ContactLaw, End, KickSide, Regularisation, Smoothing, System, Train};
@@ -20,7 +20,7 @@ use crate::numerics::Number;
 use nalgebra::{DMatrix, DVector};
 use std::sync::OnceLock;
 
-/// The drives of one side at a time, in any type of [`Number`].
+/// The drives of one side at one time, in any type of [`Number`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Driving<T = f64> {
     /// Speed of the far end, rad/s; 0 for a fixed or free end.
@@ -31,7 +31,7 @@ pub struct Driving<T = f64> {
     pub torque: T,
 }
 
-/// External inputs of the system at a time.
+/// External inputs of the system at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outside<T = f64> {
     /// Rotor side.
@@ -43,7 +43,7 @@ pub struct Outside<T = f64> {
 }
 
 impl Outside {
-    /// All inputs times a factor.
+    /// All inputs times `factor`.
     pub fn scaled(self, factor: f64) -> Outside {
         let of = |driving: Driving| Driving {
             speed: factor * driving.speed,
@@ -58,25 +58,25 @@ impl Outside {
     }
 }
 
-/// Coefficients of one train, in any type of [`Number`], and the places of its quantities in the state.
+/// Coefficients of one train in any type of [`Number`], and the indices of its quantities in the state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Side<T = f64> {
     /// +1 for the rotor, -1 for the stator.
     pub sign: f64,
-    /// kg m^2, from the surface outwards.
+    /// J_i, kg m^2, from the surface outwards.
     pub inertia: Vec<T>,
-    /// N m/rad.
+    /// k_i of the shafts, N m/rad.
     pub stiffness: Vec<T>,
-    /// N m s/rad.
+    /// c_i of the shafts, N m s/rad.
     pub damping: Vec<T>,
-    /// N m s/rad.
+    /// d_i of the bearings, N m s/rad.
     pub viscous: Vec<T>,
-    /// Index of the inertia under an external torque.
+    /// Index of the inertia on which the external torque acts.
     pub torque_on: Option<usize>,
-    /// Whether the external torque acts on inertia i. A comparison of `torque_on` with `Some(i)` would read the index
-    /// of `None`, which memory checkers report.
+    /// Whether the external torque acts on inertia i. Comparing `torque_on` with `Some(i)` would read the index of
+    /// `None`, which memory checkers report.
     pub takes_torque: Vec<bool>,
-    /// The state holds twist i at `twists + 2 i` and its rate behind it.
+    /// The state contains twist i at `twists + 2 i`, followed by its rate.
     pub twists: usize,
     /// Index of the speed of the outermost inertia; `None` for a tied train.
     pub speed: Option<usize>,
@@ -84,7 +84,8 @@ pub struct Side<T = f64> {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Surface {
-    /// Sum of all torques except the interface's, in the direction that the interface opposes on the rotor, N m.
+    /// Sum of all torques except the interface's, N m; positive in the direction that the interface opposes on the
+    /// rotor.
     torque: f64,
     speed: f64,
 }
@@ -110,7 +111,6 @@ impl<T: Number> Side<T> {
         self.stiffness.len()
     }
 
-    /// Indices of the twist rates in the state, the innermost shaft first.
     pub(crate) fn twist_rates(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.shafts()).map(|i| self.twists + 2 * i + 1)
     }
@@ -127,7 +127,7 @@ impl<T: Number> Side<T> {
         y[self.twists + 2 * i + 1]
     }
 
-    /// The speed beyond the last shaft, or of the outermost inertia of a free train, rad/s.
+    /// Speed beyond the last shaft, or of a free train's outermost inertia, rad/s.
     #[inline]
     fn base(&self, driving: &Driving<T>, y: &[T]) -> T {
         self.speed.map_or(driving.speed, |index| y[index])
@@ -164,7 +164,7 @@ impl Side {
         2 * self.shafts() + usize::from(self.speed.is_some())
     }
 
-    /// Effective inertia of the surface, kg m^2: infinite for a rigid surface.
+    /// Effective inertia of the surface, kg m^2; infinite for a rigid surface.
     pub fn surface_inertia(&self) -> f64 {
         self.inertia.first().copied().unwrap_or(f64::INFINITY)
     }
@@ -173,8 +173,8 @@ impl Side {
         self.inertia.iter().sum()
     }
 
-    /// Angular frequency of the inertia inside shaft i on that shaft alone, rad/s: the scale between a twist and a
-    /// rate.
+    /// Angular frequency of the inertia on the inner side of shaft i, on this shaft alone, rad/s. It relates the
+    /// scale of a twist to that of a rate.
     pub fn own_frequency(&self, i: usize) -> f64 {
         (self.stiffness[i] / self.inertia[i]).sqrt()
     }
@@ -184,7 +184,7 @@ impl Side {
         self.stiffness[i] * self.twist(i, y) + self.damping[i] * self.twist_rate(i, y)
     }
 
-    /// Speeds of all inertias, the surface first, rad/s.
+    /// Speeds of all inertias, rad/s, the surface first.
     pub fn speeds(&self, driving: &Driving, y: &[f64]) -> Vec<f64> {
         let mut speeds = vec![0.0; self.inertia.len()];
         let mut outer = self.base(driving, y);
@@ -226,8 +226,8 @@ impl Side {
         Surface { torque, speed }
     }
 
-    /// Writes the rates of this side under the torque `interface` (N m). Returns the power (W) of its drives and of its
-    /// dampers. In stick, `joined` is the acceleration (rad/s^2) of both surfaces.
+    /// Writes the rates of this side under the torque `interface` (N m). Returns the power (W) of its drives and of
+    /// its dampers. In stick, `joined` is the common acceleration of the surfaces (rad/s^2).
     pub(super) fn rates(
         &self,
         driving: &Driving,
@@ -238,7 +238,7 @@ impl Side {
     ) -> (f64, f64) {
         let (n, shafts) = (self.inertia.len(), self.shafts());
         if n == 0 {
-            // The drive of a rigid surface acts on the interface directly.
+            // The drive of a rigid surface acts directly on the interface.
             return (self.sign * interface * driving.speed, 0.0);
         }
         let mut outer_speed = self.base(driving, y);
@@ -295,7 +295,7 @@ impl Side {
         }
     }
 
-    /// Changes the speed of the drive alone; the inertias keep their speeds.
+    /// Changes the speed of the drive by `change` (rad/s). The inertias keep their speeds.
     pub fn jerk(&self, change: f64, y: &mut [f64]) {
         if self.shafts() == self.inertia.len() && self.shafts() > 0 {
             y[self.twists + 2 * (self.shafts() - 1) + 1] += self.sign * change;
@@ -326,9 +326,9 @@ impl Side {
 pub enum Engagement<T = f64> {
     /// Stick and slip.
     StickSlip,
-    /// A smooth function of omega_r/eps instead of the sign.
+    /// A smooth function of omega_r/eps replaces the sign. Contains the function and eps (rad/s).
     Regularised(Smoothing, T),
-    /// Bristles: sigma_0, sigma_1, sigma_2, and the index of their deflection in the state.
+    /// Bristles: sigma_0, sigma_1, sigma_2, and the index of the deflection in the state.
     Bristles(T, T, T, usize),
 }
 
@@ -344,8 +344,8 @@ impl<T> Engagement<T> {
     }
 }
 
-/// The equations, without time: external inputs are arguments. The coefficients may be any type of [`Number`], see
-/// [`Self::map`].
+/// The equations of a system. They do not contain time: external inputs are arguments. The coefficients may have any
+/// type of [`Number`], see [`Self::map`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SystemEquations<T = f64> {
     /// The rotor, side +1.
@@ -358,20 +358,19 @@ pub struct SystemEquations<T = f64> {
     pub breakaway: T,
     /// Torque that is compared with mu_0 r F_n in stick.
     pub breakaway_test: BreakawayTest,
-    /// Constant part of the margin of steady sliding, N m s/rad; `None` without a margin.
+    /// Constant part 2 R of the margin of steady sliding, N m s/rad; `None` without a margin.
     pub twice_resistance: Option<T>,
-    /// mu(x), or g(x) for bristles.
+    /// mu(x), or g(x) with bristles.
     pub law: FrictionLaw,
-    /// The law of each piece between its knots, smooth beyond them; empty without knots.
+    /// The law of each piece between its knots, continued smoothly beyond them; empty without knots.
     pieces: Vec<FrictionLaw>,
-    /// Behaviour at rest.
+    /// Behaviour of the contact at rest.
     pub engagement: Engagement<T>,
-    /// Index of the quadratures: slip displacement, friction loss, damping loss, work of the drives, and with two free
-    /// chains the angle of the stator's outermost inertia.
+    /// Index of the first quadrature. The quadratures are slip displacement, friction loss, damping loss, work of the
+    /// drives and, with two free chains, the angle of the stator's outermost inertia.
     pub slip: usize,
     /// Number of components of the state.
     pub dimension: usize,
-    /// Linear part: rates for T = 0, rates per unit of T, and the rows of omega_r and T_f.
     linear: OnceLock<LinearMaps>,
 }
 
@@ -385,33 +384,32 @@ struct LinearMaps {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ContactSlopes {
-    /// Derivative of the torque by omega_r, N m s/rad.
+    /// dT/d omega_r, N m s/rad.
     pub by_speed: f64,
     pub bristles: Option<BristleSlopes>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BristleSlopes {
-    /// Index of the deflection in the state.
     pub at: usize,
     /// N m per unit of the deflection.
     pub torque_by_deflection: f64,
-    /// Derivatives of the deflection's rate by omega_r and by the deflection.
+    /// Derivatives of the deflection's rate with respect to omega_r and to the deflection.
     pub rate_by_speed: f64,
     pub rate_by_deflection: f64,
 }
 
-/// Offset of the friction loss from [`SystemEquations::slip`].
+/// Offset of the energy dissipated by friction from [`SystemEquations::slip`].
 pub const FRICTION_LOSS: usize = 1;
 /// Offset of the energy dissipated by shafts and bearings.
 pub const DAMPING_LOSS: usize = 2;
 /// Offset of the work of all drives.
 pub const WORK: usize = 3;
-/// Offset of the angle of the stator's outermost inertia, if both chains are free.
+/// Offset of the angle of the stator's outermost inertia, which exists if both chains are free.
 pub const ANGLE: usize = 4;
 
 impl<T: Number> SystemEquations<T> {
-    /// The same equations with converted coefficients. The friction law keeps its parameters.
+    /// The same equations with coefficients converted by `number`. The friction law keeps its parameters.
     pub fn map<U>(&self, number: impl Fn(T) -> U) -> SystemEquations<U> {
         SystemEquations {
             rotor: self.rotor.map(&number),
@@ -429,7 +427,7 @@ impl<T: Number> SystemEquations<T> {
         }
     }
 
-    /// Indices of the twist rates in the state, the rotor's first.
+    /// Indices of the twist rates in the state, first those of the rotor.
     pub fn twist_rates(&self) -> impl Iterator<Item = usize> + '_ {
         self.rotor.twist_rates().chain(self.stator.twist_rates())
     }
@@ -439,7 +437,7 @@ impl<T: Number> SystemEquations<T> {
         self.slip
     }
 
-    /// The law between the knots `piece` - 1 and `piece`.
+    /// The friction law between the knots `piece` - 1 and `piece`.
     #[inline]
     pub fn law_in(&self, piece: usize) -> &FrictionLaw {
         self.pieces.get(piece).unwrap_or(&self.law)
@@ -451,7 +449,7 @@ impl<T: Number> SystemEquations<T> {
         self.rotor.surface_speed(&outside.rotor, y) - self.stator.surface_speed(&outside.stator, y)
     }
 
-    /// J_2 and J_1 of the surfaces, kg m^2; `None` for a rigid surface.
+    /// J_2 and J_1, kg m^2; `None` for a rigid surface.
     #[inline]
     fn surface_inertias(&self) -> (Option<T>, Option<T>) {
         (
@@ -460,7 +458,7 @@ impl<T: Number> SystemEquations<T> {
         )
     }
 
-    /// T_f from the torques on both surfaces and the accelerations of rigid ones; linear in all four.
+    /// T_f from the torques on both surfaces and the accelerations of rigid surfaces. It is linear in all four.
     #[inline]
     pub fn shared(&self, rotor: T, stator: T, rotor_acceleration: T, stator_acceleration: T) -> T {
         match self.surface_inertias() {
@@ -471,8 +469,8 @@ impl<T: Number> SystemEquations<T> {
         }
     }
 
-    /// Acceleration of both surfaces in stick, rad/s^2, from the arguments of [`Self::shared`]. Under T_f each surface
-    /// has the same acceleration up to rounding, which would let omega_r creep away from zero.
+    /// Common acceleration of the surfaces in stick, rad/s^2, from the arguments of [`Self::shared`]. With T_f the
+    /// surfaces would have equal accelerations only up to rounding, and omega_r would creep away from zero.
     #[inline]
     pub fn joined(&self, rotor: T, stator: T, rotor_acceleration: T, stator_acceleration: T) -> T {
         match self.surface_inertias() {
@@ -487,7 +485,7 @@ impl<T: Number> SystemEquations<T> {
         self.breakaway * self.radius * normal_force
     }
 
-    /// 2 r F_n, N m: factor of mu' in the margin.
+    /// 2 r F_n, N m: the factor of mu' in the margin.
     #[inline]
     pub fn slope_weight(&self, normal_force: T) -> T {
         T::of(2.0) * self.radius * normal_force
@@ -547,12 +545,12 @@ impl SystemEquations {
         !self.pieces.is_empty()
     }
 
-    /// The piece of the law for a sliding speed (rad/s): at a knot the lower one.
+    /// The piece of the law at a sliding speed (rad/s); at a knot the lower one.
     pub fn piece_of(&self, speed: f64) -> usize {
         self.law.knots().iter().filter(|&&knot| knot < speed.abs()).count()
     }
 
-    /// Sum of the magnitudes of the terms of [`Self::relative_velocity`], rad/s.
+    /// Sum of the magnitudes of the terms in [`Self::relative_velocity`], rad/s.
     pub fn relative_velocity_terms(&self, outside: &Outside, y: &[f64]) -> f64 {
         let of = |side: &Side, driving: &Driving| {
             let rates: f64 = (0..side.shafts()).map(|i| side.twist_rate(i, y).abs()).sum();
@@ -561,19 +559,19 @@ impl SystemEquations {
         of(&self.rotor, &outside.rotor) + of(&self.stator, &outside.stator)
     }
 
-    /// T_f, N m: the torque that the interface must carry for equal surface accelerations.
+    /// T_f, N m: the torque that the interface must carry to give both surfaces the same acceleration.
     pub fn transmitted_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
         let (rotor, stator) = self.surfaces(outside, y);
         self.transmitted(&rotor, &stator, outside)
     }
 
-    /// T_r and T_s, N m: torques on the surfaces, without the interface's.
+    /// T_r and T_s, N m: torques on the surfaces, without that of the interface.
     pub fn surface_torques(&self, outside: &Outside, y: &[f64]) -> (f64, f64) {
         let (rotor, stator) = self.surfaces(outside, y);
         (rotor.torque, stator.torque)
     }
 
-    /// The torque that breakaway compares with mu_0 r F_n, N m.
+    /// The torque that the breakaway test compares with mu_0 r F_n, N m.
     pub fn tested_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
         match self.breakaway_test {
             BreakawayTest::Transmitted => self.transmitted_torque(outside, y),
@@ -598,8 +596,8 @@ impl SystemEquations {
         )
     }
 
-    /// 2 (R + r F_n mu'(|omega_r|)), N m s/rad: the damping of the surfaces' swing in steady sliding; infinite without
-    /// a margin. Its zero defines instability.
+    /// The margin 2 (R + r F_n mu'(|omega_r|)), N m s/rad: the damping of the surfaces' swing in steady sliding. It
+    /// is infinite without a margin. Steady sliding is unstable where it is negative.
     pub fn stability_margin(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
         let Some(twice_resistance) = self.twice_resistance else {
             return f64::INFINITY;
@@ -607,8 +605,8 @@ impl SystemEquations {
         twice_resistance + 2.0 * self.contact_damping(sense, piece, outside, y)
     }
 
-    /// A value with the sign of the margin in slip. Without resistance the margin vanishes with the normal force, whose
-    /// rounding would change its sign: the slope of friction decides.
+    /// A value with the sign of the margin in slip. Without resistance the margin vanishes with the normal force,
+    /// whose rounding would change its sign. The slope of the friction law decides then.
     pub fn stability_guard(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
         if self.twice_resistance != Some(0.0) {
             return self.stability_margin(sense, piece, outside, y);
@@ -620,8 +618,8 @@ impl SystemEquations {
         self.law_in(piece).coefficient_and_slope(x).1
     }
 
-    /// Derivative of [`Self::stability_guard`] if inputs and state `now` move by `change`, per unit of the change; 0
-    /// without a margin.
+    /// Change of [`Self::stability_guard`] if inputs and state `now` change by `change`, to first order; 0 without
+    /// margin.
     pub fn stability_guard_slope(
         &self,
         sense: f64,
@@ -629,7 +627,7 @@ impl SystemEquations {
         now: (&Outside, &[f64]),
         change: (&Outside, &[f64]),
     ) -> f64 {
-        // Without a margin, or where the guard is constant
+        // Without a margin, or where the guard is constant.
         if self.twice_resistance.is_none() || self.twice_resistance == Some(0.0) && self.law.only_falls() {
             return 0.0;
         }
@@ -662,7 +660,7 @@ impl SystemEquations {
         sense * law.coefficient(sense * w) * self.radius * normal_force
     }
 
-    /// Rate of the interface's torque in slip, N m/s, from the present inputs and state `now` and their `rates`.
+    /// Rate of the interface's torque in slip, N m/s, from present inputs and state, `now`, and their `rates`.
     pub fn sliding_torque_rate(
         &self,
         sense: f64,
@@ -676,7 +674,7 @@ impl SystemEquations {
         self.radius * (slope * acceleration * now.0.normal_force + sense * mu * rates.0.normal_force)
     }
 
-    /// The torque of an engaged contact over r F_n, and the rate of the bristles' deflection.
+    /// Torque of an engaged contact divided by r F_n, and rate of the bristles' deflection.
     pub fn engaged(&self, law: &FrictionLaw, sense: f64, w: f64, y: &[f64]) -> (f64, f64) {
         let x = sense * w;
         match self.engagement {
@@ -696,7 +694,7 @@ impl SystemEquations {
         }
     }
 
-    /// The torque of the interface, N m. `sense` is the sign of omega_r in slip, or the side of rest of an engaged
+    /// Torque of the interface, N m. `sense` is the sign of omega_r in slip, or the side of rest of an engaged
     /// contact.
     pub fn interface_torque(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
         match mode {
@@ -713,9 +711,9 @@ impl SystemEquations {
         }
     }
 
-    /// dy/dt in a mode.
+    /// Writes dy/dt in a mode.
     pub fn rates(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64], dydt: &mut [f64]) {
-        // Like `interface_torque`, without repeated work.
+        // Like `interface_torque`, without computing anything twice.
         let (mut joined, mut deflection_rate) = (None, 0.0);
         let (w, torque) = match mode {
             Mode::Separated => (self.relative_velocity(outside, y), 0.0),
@@ -767,8 +765,8 @@ impl SystemEquations {
         self.linear().interface.as_slice()
     }
 
-    /// Share (0 to 1) of a change of omega_r by `change` (rad/s, either way) from `w` over which some twenty Taylor
-    /// coefficients represent the interface's torque, with an error shown by the last ones.
+    /// Share (0 to 1) of the change of omega_r from `w` by `change` (rad/s, in either direction) over which some
+    /// twenty Taylor coefficients represent the interface's torque. Beyond it the last coefficients hide the error.
     pub fn expandable_share(&self, piece: usize, w: f64, change: f64) -> f64 {
         let share = self.law_in(piece).expandable_share(w.abs(), change);
         match self.engagement {
@@ -786,7 +784,8 @@ impl SystemEquations {
         }
     }
 
-    /// Matrix of the mechanical rates in slip. The state enters only through `contact_damping` = r F_n mu' (N m s/rad).
+    /// Matrix of the mechanical rates in slip. The state enters only through `contact_damping` = r F_n mu' (N m
+    /// s/rad).
     pub fn sliding_matrix(&self, contact_damping: f64) -> DMatrix<f64> {
         let (maps, n) = (self.linear(), self.mechanical());
         DMatrix::from_fn(n, n, |i, j| {
@@ -803,7 +802,7 @@ impl SystemEquations {
         matrix.resize(self.mechanical(), self.mechanical(), 0.0)
     }
 
-    /// Factor that turns a component of the motion into a speed.
+    /// Factor that converts a component of the state to a speed.
     fn weight(&self, index: usize) -> f64 {
         let of = |side: &Side| {
             let shaft = index.checked_sub(side.twists)?;
@@ -813,14 +812,13 @@ impl SystemEquations {
         if weight > 0.0 { weight } else { 1.0 }
     }
 
-    /// A matrix of the motion for components that are all speeds: its eigenvalues have less rounding.
+    /// A matrix of the motion, scaled so that all components are speeds. Its eigenvalues have less rounding.
     pub fn balanced(&self, matrix: DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
             matrix[(i, j)] * self.weight(i) / self.weight(j)
         })
     }
 
-    /// Inverse of [`Self::balanced`].
     pub(crate) fn unbalanced(&self, matrix: DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
             matrix[(i, j)] * self.weight(j) / self.weight(i)
@@ -859,7 +857,7 @@ impl SystemEquations {
         maps
     }
 
-    /// Derivatives of the contact's torque and of the rate of its bristles; zero in stick and separation.
+    /// Derivatives of the contact's torque and of its bristles' rate; zero in stick and separation.
     pub(super) fn contact_slopes(
         &self,
         mode: Mode,
@@ -914,7 +912,8 @@ impl SystemEquations {
         }
     }
 
-    /// The Jacobian of [`Self::rates`] by the mechanical states; of the quadratures, only the slip's.
+    /// Writes the Jacobian of [`Self::rates`] with respect to the mechanical states. Of the quadratures only the slip
+    /// displacement is included.
     pub fn jacobian(
         &self,
         mode: Mode,
@@ -950,7 +949,7 @@ impl SystemEquations {
         }
     }
 
-    /// Gives both surfaces their momentum-weighted mean speed; a rigid surface keeps its own.
+    /// Gives both surfaces their momentum-weighted mean speed. A rigid surface keeps its speed.
     pub fn join(&self, outside: &Outside, y: &mut [f64]) {
         let w = self.relative_velocity(outside, y);
         let (rotor, stator) = self.shares();
@@ -958,8 +957,8 @@ impl SystemEquations {
         self.stator.push(w * stator, y);
     }
 
-    /// Removes the rounding of omega_r in stick. The speed of a free train is corrected if there is one: it is the
-    /// largest state, and its rounding would spoil a twist rate.
+    /// Removes the rounding of omega_r in stick. If there is a free train, its speed is corrected: it is the largest
+    /// state, and its rounding would spoil a twist rate.
     pub fn rejoin(&self, outside: &Outside, y: &mut [f64]) {
         let w = self.relative_velocity(outside, y);
         match (self.rotor.speed, self.stator.speed) {
@@ -969,13 +968,13 @@ impl SystemEquations {
         }
     }
 
-    /// phi_2 - phi_1 (rad) by the twists, without the rotation of the ends.
+    /// phi_2 - phi_1 (rad) from the twists, without the rotation of the ends.
     pub fn twisted(&self, y: &[f64]) -> f64 {
         let of = |side: &Side| -> f64 { (0..side.shafts()).map(|i| side.twist(i, y)).sum() };
         -of(&self.rotor) - of(&self.stator)
     }
 
-    /// Turns the surfaces of two tied chains by `angle` (rad) against each other, in the shares of [`Self::shares`].
+    /// Turns the surfaces of two tied chains by `angle` (rad) against each other, divided by [`Self::shares`].
     pub fn turn(&self, angle: f64, y: &mut [f64]) {
         let (rotor, stator) = self.shares();
         for (side, share) in [(&self.rotor, rotor), (&self.stator, stator)] {
@@ -985,7 +984,7 @@ impl SystemEquations {
         }
     }
 
-    /// Shares of rotor and stator surface in a jump of omega_r that keeps the momentum.
+    /// Shares of the rotor's and the stator's surface in a jump of omega_r that keeps the momentum.
     pub fn shares(&self) -> (f64, f64) {
         match self.surface_inertias() {
             (Some(j2), Some(j1)) => (j1 / (j1 + j2), j2 / (j1 + j2)),
@@ -995,13 +994,13 @@ impl SystemEquations {
         }
     }
 
-    /// Changes the surface speeds (rad/s); a rigid surface keeps its own.
+    /// Adds to the surface speeds (rad/s). A rigid surface keeps its speed.
     pub fn push(&self, rotor: f64, stator: f64, y: &mut [f64]) {
         self.rotor.push(rotor, y);
         self.stator.push(stator, y);
     }
 
-    /// Adds `delta` (rad/s) to omega_r by an impulse on one surface, or by opposite ones on both, which stick absorbs.
+    /// Adds `delta` (rad/s) to omega_r, with an impulse on one surface or opposite ones on both, which stick absorbs.
     pub fn kick(&self, on: KickSide, delta: f64, in_stick: bool, y: &mut [f64]) {
         let (rotor_share, stator_share) = self.shares();
         match (on, in_stick) {
@@ -1009,7 +1008,7 @@ impl SystemEquations {
             (KickSide::Both, false) => self.push(delta * rotor_share, -delta * stator_share, y),
             (KickSide::Rotor, false) => self.push(delta, 0.0, y),
             (KickSide::Stator, false) => self.push(0.0, -delta, y),
-            // Joined surfaces share the momentum; a rigid surface takes all of it.
+            // Joined surfaces share the momentum. A rigid surface absorbs all of it.
             (KickSide::Rotor, true) => self.push(delta * stator_share, delta * stator_share, y),
             (KickSide::Stator, true) => self.push(-delta * rotor_share, -delta * rotor_share, y),
         }

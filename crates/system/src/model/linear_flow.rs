@@ -1,4 +1,4 @@
-//! Linear motion with constant coefficients, x' = A x, by its matrix exponential.
+//! Linear motion with constant coefficients, x' = A x, computed with its matrix exponential.
 
 use super::breakaway::Bounded;
 use nalgebra::allocator::Allocator;
@@ -8,27 +8,25 @@ use std::sync::OnceLock;
 
 const LEVELS: usize = 48;
 
-/// Order of the Taylor series for times below the smallest tabulated one.
 const ORDER: u32 = 11;
 
-/// x' = A x with an energy x^T P x that never grows, and a linear function c x.
+/// The motion x' = A x with an energy x^T P x that never grows, and a linear function c x.
 pub(super) trait DecayingFlow: Debug + Send + Sync {
     fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]);
 
-    /// Whether the energy bounds functions of the state.
     fn has_bounds(&self) -> bool;
 
     fn value(&self, x: &[f64]) -> f64;
 
-    /// c x with its bounds, and the largest later distance of c x from its value at rest. `moving`: coordinates less
+    /// c x with its bounds, and the largest later distance of c x from its value at rest. `moving`: coordinates minus
     /// those at rest.
     fn bounded(&self, x: &[f64], moving: &[f64]) -> (Bounded, f64);
 }
 
-/// The flow with the matrices A and P and the row c. Sizes of small systems are known to the compiler.
+/// The flow for the matrices A and P and the row c. The sizes of small systems are known to the compiler.
 ///
-/// `a` must be scaled to entries of one size. P is symmetric and positive definite except for zero rows. If it has no
-/// inverse in double precision, there are no bounds: see [`DecayingFlow::has_bounds`].
+/// `a` must be scaled to entries of similar size. P is symmetric, and positive definite except for zero rows. If it
+/// has no inverse in double precision, there are no bounds: see [`DecayingFlow::has_bounds`].
 pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) -> Box<dyn DecayingFlow> {
     match a.nrows() {
         2 => Box::new(LinearFlow::new(Const::<2>, a, energy, row)),
@@ -40,13 +38,14 @@ pub(super) fn flow(a: &DMatrix<f64>, energy: &DMatrix<f64>, row: &DVector<f64>) 
 
 /// The implementation of [`DecayingFlow`].
 ///
-/// exp(A h 2^k) - 1 is tabulated on demand, so that exp(A tau) x takes one product for each binary digit of tau / h and
-/// a short Taylor series for the rest. This needs no eigenvectors, and loses nothing near a double eigenvalue. Without
-/// the 1, a slow component is rounded by its change, not by its size. The energy bounds every linear function of x for
-/// all later times, for root isolation and proofs of "never again".
+/// exp(A h 2^k) - 1 is tabulated on demand, so that exp(A tau) x takes one product for each binary digit of tau / h,
+/// and a short Taylor series for the rest. This needs no eigenvectors, and loses no accuracy near a double
+/// eigenvalue. Because of the -1, the rounding of a slow component is that of its change, not of its size. The energy
+/// bounds every linear function of x at all later times. These bounds serve to isolate roots, and to prove that an
+/// event never occurs again.
 ///
-/// Coordinates without energy, such as an angle or a constant, have zero rows in P. They drive and follow the others,
-/// and the bounds concern functions of the others.
+/// Coordinates without energy, such as an angle or a constant, have zero rows in P. They can drive or follow the
+/// others. The bounds apply to functions of the others.
 #[derive(Debug)]
 struct LinearFlow<D: Dim>
 where
@@ -57,9 +56,8 @@ where
     energy: OMatrix<f64, D, D>,
     energy_inverse: OMatrix<f64, D, D>,
     base: f64,
-    /// exp(A h 2^k) - 1.
     changes: Vec<OnceLock<OMatrix<f64, D, D>>>,
-    /// c, and the row of its rate.
+    /// c, followed by the row of its rate.
     row: RowOVector<f64, D>,
     rate_row: RowOVector<f64, D>,
     /// |c x| <= value_bound sqrt(x^T P x)
@@ -86,7 +84,7 @@ where
             .unwrap_or_else(|| OMatrix::repeat_generic(dimension, dimension, f64::NAN));
         without.iter().for_each(|&k| energy_inverse[(k, k)] = 0.0);
         let norm = a.abs().row_sum().max().max(a.abs().column_sum().max());
-        // ||A h|| <= 1/16: the Taylor series of order 11 leaves 16^-12/12!, 1e-23.
+        // ||A h|| <= 1/16. The error of the Taylor series of order 11 is then 16^-12/12!, 1e-23.
         let base = if norm > 0.0 {
             2f64.powi(-((16.0 * norm).log2().ceil() as i32))
         } else {
@@ -131,7 +129,8 @@ where
             return x;
         }
         let longest = (1u64 << LEVELS) as f64;
-        // Beyond the table the doubling continues, at most to the largest double: heavy damping over a long time.
+        // Beyond the table the doubling continues, up to the largest double. It occurs with heavy damping over long
+        // times.
         let mut beyond = (units / longest).floor();
         let mut bits = (units - beyond * longest) as u64;
         if beyond >= 1.0 {
@@ -162,7 +161,6 @@ where
     }
 }
 
-/// (1 + E)^2 - 1.
 fn doubled<D: Dim>(change: &OMatrix<f64, D, D>) -> OMatrix<f64, D, D>
 where
     DefaultAllocator: Allocator<D, D>,

@@ -1,12 +1,12 @@
-//! Two equal disks as a system of two chains, and the reverse.
+//! Conversion of two equal disks to a system of two chains, and back.
 
 use super::system::{self, ContactLaw, End, Initial, KickSide, Pressing, System, Train};
 use super::{Contact, DiskInitial as AtRest, DiskKick, Parameters, Torsion};
 use crate::friction::Friction;
 
 impl From<&Parameters> for System {
-    /// A free rotor of surface and inertia on one shaft, and a surface on a shaft to the ground, with the equations of
-    /// the short form.
+    /// A free rotor, whose surface and inertia are on one shaft, and a surface on a shaft to the ground. The
+    /// equations are those of the short form.
     fn from(disks: &Parameters) -> System {
         let torsion = &disks.torsion;
         let train = |inertia: Vec<f64>, end: End| Train {
@@ -46,7 +46,7 @@ impl From<&Parameters> for System {
 }
 
 impl Parameters {
-    /// The two disks of a system; `None` if the short form cannot express it.
+    /// The two disks of a system; `None` if the short form cannot express the system.
     pub fn of(system: &System) -> Option<Parameters> {
         let ([surface_inertia, rotor_inertia], [stiffness], [damping], Pressing::Axial { axial, actuation }) = (
             system.rotor.inertia.as_slice(),

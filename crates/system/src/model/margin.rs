@@ -1,9 +1,9 @@
-//! The resistance that decides when steady sliding becomes unstable.
+//! The resistance R, which decides when steady sliding becomes unstable.
 //!
-//! Each surface swings on its own shaft, whose other end is held. With s = i omega its impedance is Z_i = s J_i + a_i +
-//! k_i/s, a_i = c_i + d_i, and both together have Z = (1/Z_1 + 1/Z_2)^-1. With the contact's damping kappa = r F_n mu'
-//! a swing neither grows nor decays if Z = -kappa: Im Z = 0 and Re Z = R = -kappa. The margin is 2 (R + kappa), with
-//! the least such R; for two equal surfaces it is c_t + 2 r F_n mu', as in the paper.
+//! Each surface swings on its own shaft, whose other end is held. With s = i omega its impedance is Z_i = s J_i +
+//! a_i + k_i/s, a_i = c_i + d_i, and both surfaces together have Z = (1/Z_1 + 1/Z_2)^-1. With the contact's damping
+//! kappa = r F_n mu' a swing neither grows nor decays if Z = -kappa: Im Z = 0 and Re Z = R = -kappa. The margin is 2
+//! (R + kappa) with the least such R. For two equal surfaces it is c_t + 2 r F_n mu', as in the paper.
 
 use super::system::{ContactLaw, End, System, Train};
 use crate::numerics::polynomial_roots::first_falling;
@@ -13,7 +13,7 @@ use crate::numerics::polynomial_roots::first_falling;
 pub struct MarginSurface {
     /// J, kg m^2.
     pub inertia: f64,
-    /// a of the shaft and to the ground, N m s/rad.
+    /// a: damping of the shaft plus damping to the ground, N m s/rad.
     pub damping: f64,
     /// k, N m/rad.
     pub stiffness: f64,
@@ -38,7 +38,7 @@ impl MarginSurface {
     }
 }
 
-/// 2 R, N m s/rad; `None` without a margin, see [`resistance`].
+/// 2 R, N m s/rad; `None` without a margin (see [`resistance`]).
 pub fn twice_resistance(system: &System) -> Option<f64> {
     resistance(system).ok()
 }
@@ -46,8 +46,9 @@ pub fn twice_resistance(system: &System) -> Option<f64> {
 /// 2 R, N m s/rad.
 ///
 /// # Errors
-/// The reason for a missing margin: sliding does not slow down by itself, which needs one free train and no drive; no
-/// swing of the surfaces can become unstable; or the contact has no stick, which would end the watch of the margin.
+/// The reason why there is no margin. Sliding does not slow down by itself, which requires one free train and no
+/// drive; or no swing of the surfaces can become unstable; or the contact has no stick, which would end the
+/// monitoring of the margin.
 pub fn resistance(system: &System) -> Result<f64, &'static str> {
     if system.contact != ContactLaw::StickSlip {
         return Err("a contact without stick is not watched for it");
@@ -61,10 +62,10 @@ pub fn resistance(system: &System) -> Result<f64, &'static str> {
     twice.ok_or("no surface swings on a shaft of its own")
 }
 
-/// Checks that sliding slows down by itself: one train is free, the other fixed, and nothing drives them.
+/// Checks whether sliding slows down by itself: one train is free, the other is fixed, and nothing drives them.
 ///
 /// # Errors
-/// The reason if it does not.
+/// The reason why it does not.
 pub fn slowing(system: &System) -> Result<(), &'static str> {
     let sides = [&system.rotor, &system.stator];
     let free = sides.iter().filter(|train| train.end == End::Free && !train.is_rigid());
@@ -82,8 +83,8 @@ pub fn slowing(system: &System) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// Minimum of 2 Re Z over the frequencies at which the surfaces swing against each other, N m s/rad; `None` if they do
-/// not swing.
+/// Minimum of 2 Re Z over the frequencies at which the surfaces swing against each other, N m s/rad; `None` without a
+/// swing.
 pub fn of_both(one: &MarginSurface, other: &MarginSurface) -> Option<f64> {
     if one.undamped() || other.undamped() {
         return Some(0.0);
@@ -105,7 +106,7 @@ pub fn of_both(one: &MarginSurface, other: &MarginSurface) -> Option<f64> {
     let start = slow.frequency_squared();
     let width = fast.frequency_squared() - start;
     // The zeros of Im Z lie between the two squared frequencies, at start + width t. The least resistance is at the
-    // zero next to one of the ends.
+    // first zero from one of the ends.
     let from_slow = reactance(slow, fast, start, width);
     let from_fast = mirrored(&from_slow);
     let zeros = [first_zero(from_slow), first_zero(from_fast).map(|share| 1.0 - share)];
@@ -117,10 +118,11 @@ pub fn of_both(one: &MarginSurface, other: &MarginSurface) -> Option<f64> {
     Some(2.0 * least)
 }
 
-/// Coefficients in t of Im Z = 0 without fractions, over width. With B_1 = J_1 width t and B_2 = -J_2 width (1 - t) it
-/// is (start + width t) (a_2^2 J_1 t - a_1^2 J_2 (1 - t)) - J_1 J_2 width^2 t (1 - t) (J_1 t - J_2 (1 - t)).
+/// Coefficients in t of Im Z = 0, multiplied by its denominators and divided by width. With B_1 = J_1 width t and B_2
+/// = -J_2 width (1 - t) the left side is (start + width t) (a_2^2 J_1 t - a_1^2 J_2 (1 - t)) - J_1 J_2 width^2 t (1 -
+/// t) (J_1 t - J_2 (1 - t)).
 ///
-/// A slow surface without a shaft has start = 0 and a zero at t = 0, which is no swing and is divided out.
+/// A slow surface without a shaft has start = 0 and a zero at t = 0. This zero is no swing, and is divided out.
 fn reactance(slow: &MarginSurface, fast: &MarginSurface, start: f64, width: f64) -> [f64; 4] {
     let (j1, j2) = (slow.inertia, fast.inertia);
     let (d1, d2) = (slow.damping * slow.damping * j2, fast.damping * fast.damping * j1);
@@ -135,7 +137,6 @@ fn reactance(slow: &MarginSurface, fast: &MarginSurface, start: f64, width: f64)
     if start == 0.0 { [f[1], f[2], f[3], 0.0] } else { f }
 }
 
-/// Coefficients in 1 - t.
 fn mirrored(f: &[f64; 4]) -> [f64; 4] {
     [
         f[0] + f[1] + f[2] + f[3],
@@ -151,7 +152,6 @@ fn first_zero(f: [f64; 4]) -> Option<f64> {
     first_falling(&f.map(|c| sign * c / size))
 }
 
-/// Re Z at start + width t.
 fn real_part(slow: &MarginSurface, fast: &MarginSurface, start: f64, width: f64, share: f64) -> f64 {
     let x = start + width * share;
     let (a1, b1) = (slow.damping, slow.inertia * width * share);

@@ -1,28 +1,28 @@
-//! The equations: pure functions of parameters and state, no solver, no I/O.
+//! The equations: pure functions of parameters and state, without solver and I/O.
 //!
 //! A system is two chains that touch at one contact. A chain is a train of inertias and shafts, numbered from the
-//! contact outwards: inertia 0 is the surface. Its far end is free, fixed to the ground, or driven at a known speed.
-//! The paper's brake is a free rotor of two inertias and a fixed stator of one. A mass on a belt is a stator of one
-//! inertia and a rotor without inertia, whose surface is the driven end.
+//! contact outwards; inertia 0 is the surface. Its far end is free, fixed to the ground, or driven at a known speed.
+//! The paper's brake is a free rotor with two inertias and a fixed stator with one. A mass on a belt is a stator with
+//! one inertia, and a rotor without inertia whose surface is the driven end.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
-//! | `system` | what defines the problem |
-//! | `equations` | the equations in twist coordinates, generic over the number |
-//! | `chain_coordinates` | the coordinates in which the Jacobian of a long chain is a band |
+//! | `system` | the definition of the problem |
+//! | `equations` | the equations in twist coordinates, generic in the number type |
+//! | `chain_coordinates` | coordinates in which the Jacobian of a long chain is a band matrix |
 //! | `contact` | the effective radius |
-//! | `breakaway`, `bounds` | when a stick breaks away |
-//! | `margin` | when steady sliding loses its stability |
-//! | `stability` | the same, forecast for sliding that slows down by itself |
-//! | `slow_manifold`, `slow_motion` | sliding, and stick and separation, without the fast oscillations |
+//! | `breakaway`, `bounds` | breakaway from stick |
+//! | `margin` | loss of stability of steady sliding |
+//! | `stability` | forecast of this loss for sliding that slows down by itself |
+//! | `slow_manifold`, `slow_motion` | slip, and stick and separation, without the fast oscillations |
 //! | `chains`, `closed_form`, `linear_flow` | stick and separation in closed form |
 //! | `axial`, `oscillator` | the axial motion in closed form |
-//! | `parameters`, `lowering` | two alike disks in a few numbers, and as a system |
-//! | `absolute_angles` | two disks in absolute angles, as the paper has them |
-//! | `exact` | friction laws in exact rationals |
+//! | `parameters`, `lowering` | two equal disks in a few parameters, and their conversion to a system |
+//! | `absolute_angles` | two disks in absolute angles, as in the paper |
+//! | `exact` | friction laws with exact rational parameters |
 //!
-//! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
-//! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
+//! All numbered equations are those of "Vibrational Interaction of Two Rotors with Friction Coupling", Advances in
+//! Acoustics and Vibration, 2016, article 9275147 ("the paper").
 
 pub mod absolute_angles;
 pub mod axial;
@@ -49,7 +49,7 @@ use std::sync::OnceLock;
 pub use exact::{ExactLaw, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Mode, Parameters, Torsion};
 
-/// A value for each linear mode, stick and separation, made on first use.
+/// A value for each linear mode (stick and separation), made on first use.
 #[derive(Debug)]
 pub struct OfLinearModes<T> {
     stick: OnceLock<Option<T>>,
@@ -57,7 +57,7 @@ pub struct OfLinearModes<T> {
 }
 
 impl<T> OfLinearModes<T> {
-    /// The value of a mode, made by `make`; `None` for other modes.
+    /// The value for `mode`, made by `make` if necessary; `None` for other modes.
     fn get(&self, mode: Mode, make: impl FnOnce() -> Option<T>) -> Option<&T> {
         let found = match mode {
             Mode::Stick => &self.stick,

@@ -2,7 +2,8 @@
 
 use crate::numerics::{Number, taylor};
 
-/// Terms of the series of [`DampedOscillator::lag`]: over a tenth of the time of the fastest motion 0.1^13/13!.
+/// Terms of the series for [`DampedOscillator::lag`]. Over 0.1 of the time of the fastest motion the error is
+/// 0.1^13/13!.
 const LAG_TERMS: u32 = 14;
 
 /// q'' + 2 sigma q' + omega0^2 q = 0, with sigma >= 0 (1/s) and omega0 > 0 (rad/s).
@@ -13,7 +14,7 @@ pub struct DampedOscillator<T = f64> {
 }
 
 impl<T: Number> DampedOscillator<T> {
-    /// From mass, damping and stiffness of m q'' + c q' + k q = 0.
+    /// The oscillator m q'' + c q' + k q = 0 with this mass, damping and stiffness.
     pub fn new(mass: T, damping: T, stiffness: T) -> Self {
         DampedOscillator {
             sigma: damping / (T::of(2.0) * mass),
@@ -21,7 +22,7 @@ impl<T: Number> DampedOscillator<T> {
         }
     }
 
-    /// (q, q') a time `tau >= 0` after (q, q') = (`q`, `rate`).
+    /// (q, q') at a time `tau` >= 0 (s) after (q, q') = (`q`, `rate`).
     pub fn advance(&self, q: T, rate: T, tau: T) -> (T, T) {
         let (c, s) = self.kernel(tau);
         (
@@ -30,8 +31,8 @@ impl<T: Number> DampedOscillator<T> {
         )
     }
 
-    /// tau - S(tau) and its rate for a short `tau` (s), by the series: S is the response to (q, q') = (0, 1), and a force
-    /// of slope 1 leads its response by this.
+    /// tau - S(tau) (s) and its rate for a short `tau` (s), from a series. S is the response to (q, q') = (0, 1). A
+    /// force of slope 1 leads its response by this difference.
     pub fn lag(&self, tau: T) -> (T, T) {
         let (mut last, mut term) = (T::of(0.0), tau);
         let (mut lag, mut rate) = (T::of(0.0), T::of(0.0));
@@ -46,12 +47,12 @@ impl<T: Number> DampedOscillator<T> {
         (lag, rate / tau)
     }
 
-    /// q'' of (q, q').
+    /// q'' at (q, q').
     pub fn curvature(&self, (q, rate): (T, T)) -> T {
         T::of(-2.0) * self.sigma * rate - self.omega0_squared * q
     }
 
-    /// Taylor coefficients of q by powers of time over `unit` (s) from (q, q') = (`q`, `rate`), filling `out`.
+    /// Fills `out` with Taylor coefficients of q, by powers of time over `unit` (s), from (q, q') = (`q`, `rate`).
     pub fn series(&self, q: T, rate: T, unit: T, out: &mut [T]) {
         taylor::damped_oscillation(
             self.sigma * unit,
@@ -68,13 +69,13 @@ impl<T: Number> DampedOscillator<T> {
         if discriminant >= T::of(0.0) {
             self.sigma
         } else {
-            // sigma - sqrt(sigma^2 - omega0^2) without cancellation
+            // sigma - sqrt(sigma^2 - omega0^2) without cancellation.
             self.omega0_squared / (self.sigma + (-discriminant).sqrt())
         }
     }
 
-    /// exp(-sigma tau) times (cos w tau, sin(w tau)/w); above critical damping the hyperbolic functions, at it their
-    /// common limit.
+    /// exp(-sigma tau) times (cos w tau, sin(w tau)/w). Above critical damping these are hyperbolic functions, at
+    /// critical damping their common limit.
     fn kernel(&self, tau: T) -> (T, T) {
         let [one, two] = [1.0, 2.0].map(T::of);
         let discriminant = self.omega0_squared - self.sigma * self.sigma;
@@ -93,7 +94,7 @@ impl<T: Number> DampedOscillator<T> {
             (decay * cos, decay * sin / w)
         } else {
             let w = (-discriminant).sqrt();
-            // Joined exponents: strong damping neither overflows nor cancels.
+            // The exponents are joined, so that strong damping neither overflows nor cancels.
             let slow = (-self.slowest_decay() * tau).exp();
             let gap = -(T::of(-2.0) * w * tau).exp_m1();
             (slow * (two - gap) / two, slow * gap / (two * w))

@@ -1,4 +1,4 @@
-//! Parameters of two equal disks, in SI units and radians; axial oscillator, kick times and modes of every system.
+//! Parameters of two equal disks, in SI units and radians. Axial oscillator, kick times and modes serve every system.
 
 use crate::friction::Friction;
 use crate::signal::Signal;
@@ -31,9 +31,9 @@ pub struct Axial<T = f64> {
     pub stiffness: T,
     /// c_a, N s/m.
     pub damping: T,
-    /// Amplitude of z (m) below which a ringing open contact stays open while F does not press: otherwise the
-    /// oscillation after a release would separate and touch for ever. A convention, not a measurement. A nanometre, the
-    /// default, carries some 0.06 N of the paper's 2225 N.
+    /// Amplitude of z (m) below which a ringing open contact stays open while F does not press. Without this floor
+    /// the oscillation after a release would separate and touch for ever. The floor is a convention, not a
+    /// measurement. A nanometre, the default, is equivalent to some 0.06 N of the paper's 2225 N.
     pub ringing_floor: T,
 }
 
@@ -65,7 +65,7 @@ pub struct Torsion {
 pub struct Contact {
     /// r, effective friction radius, m.
     pub radius: f64,
-    /// Criterion between stick and slip.
+    /// Torque that decides between stick and slip.
     pub breakaway_test: BreakawayTest,
 }
 
@@ -116,7 +116,7 @@ impl<T> KickTime<T> {
     }
 }
 
-/// State of the contact; the discriminants are the codes of the result file.
+/// State of the contact. The discriminants are the codes in result files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// No contact.
@@ -127,7 +127,7 @@ pub enum Mode {
     SlipForward = 2,
     /// omega_r < 0.
     SlipBackward = 3,
-    /// Friction without a jump at rest, regularised or by bristles: one mode at every omega_r, without stick.
+    /// Friction without a jump at rest, regularised or with bristles. It is the only mode, without stick.
     Engaged = 4,
 }
 
@@ -157,7 +157,7 @@ impl Mode {
         }
     }
 
-    /// Slip with this relative velocity, or its sign.
+    /// Slip in the direction of this relative velocity, of which only the sign counts.
     pub fn sliding(relative_velocity: f64) -> Mode {
         if relative_velocity > 0.0 {
             Mode::SlipForward
@@ -166,7 +166,7 @@ impl Mode {
         }
     }
 
-    /// Whether the surfaces may slide on each other, as in an engaged contact always.
+    /// Whether the surfaces may slide on each other. In an engaged contact they always may.
     pub fn slides(self) -> bool {
         !matches!(self, Mode::Stick | Mode::Separated)
     }

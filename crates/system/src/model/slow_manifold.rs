@@ -1,9 +1,9 @@
-//! Sliding of a system without its fast oscillations, at one instant, to rounding.
+//! State of a sliding system without its fast oscillations, at one instant and to rounding.
 //!
-//! After long undisturbed sliding the fast modes are gone: the exact state lies on the slow manifold, where the twists
-//! follow the interface's torque T with all its derivatives. If that manifold is unstable, an integrator leaves it, by
-//! its rounding and the growth since. The manifold itself can be computed without integration. On the side `s` (+1
-//! rotor, -1 stator), with L_j = J_j w_j' + d_j w_j - M_j, the shafts carry
+//! After long undisturbed sliding the fast modes have died out. The exact state lies on the slow manifold, where the
+//! twists follow the interface's torque T with all its derivatives. If that manifold is unstable, an integrator
+//! leaves it because its rounding errors grow. The manifold itself can be computed without integration. On the side
+//! `s` (+1 rotor, -1 stator), with L_j = J_j w_j' + d_j w_j - M_j, the shafts carry
 //!
 //! ```text
 //! S_i = -s sum over j > i of L_j      (free train),
@@ -13,52 +13,53 @@
 //!
 //! and the momentum p = sum of J_j w_j of a free train has the rate -s T - sum of d_j w_j + M. The derivatives of the
 //! twists on the right are small. Each iteration on Taylor coefficients in time gains a factor (c / k)/tau or (J /
-//! k)/tau^2, 1e-4 for the slow time scale tau of 12 ms of the paper's brake.
+//! k)/tau^2. For the paper's brake this is 1e-4, with a slow time scale tau of 12 ms.
 //!
 //! The expansion is asymptotic: each round takes two more derivatives. Where friction changes fast, with a [steepness
-//! rate](Law::steepness_rate) above some 40 s/rad near the stop, a round gains a factor of two or less, and finally
-//! loses. There the iteration stops at its least change, with as many coefficients as that takes, and the changes
-//! estimate the remaining error ([`SlowState::error`]).
+//! rate](Law::steepness_rate) above some 40 s/rad near the stop, a round gains a factor of two or less, and later
+//! rounds lose accuracy. There the iteration stops at its least change, with as many coefficients as this takes. The
+//! changes then estimate the remaining error ([`SlowState::error`]).
 
 use super::equations::{Driving, Engagement, Outside, Side, SystemEquations};
 use crate::friction::{FrictionSeries, Law, LawSeries};
 
-/// Taylor coefficients for a single state.
 const ORDER: usize = 14;
 
-/// Most rounds for a single state; five reach rounding at tau = 12 ms.
+/// Most rounds for a single state. Five reach rounding at tau = 12 ms.
 const ROUNDS: usize = 8;
 
-/// Coefficients and most rounds where the short iteration does not reach rounding. A round takes two derivatives, so
-/// the last coefficients are unreliable; the changes are least after some 18 rounds at a steepness rate of 70 s/rad.
+/// Number of coefficients, and most rounds, where the short iteration does not reach rounding. A round takes two
+/// derivatives, so that the last coefficients are unreliable. At a steepness rate of 70 s/rad the changes are least
+/// after 18 rounds or so.
 const LONG_ORDER: usize = 28;
 const LONG_ROUNDS: usize = 20;
 
-/// Change by a round that counts as rounding, relative to each component; for rates relative to the speed.
+/// Largest change by a round that counts as rounding, relative to the component or, for rates, to the speed.
 const SETTLED: f64 = 64.0 * f64::EPSILON;
 
-/// Error of a state over the larger of its last two changes, where these are least. Against the multiprecision solution
-/// the ratio was 0.3 to 3.4.
+/// Error bound of a state, divided by the larger of its last two changes where these are least. Compared with the
+/// multiprecision solution the error was 0.3 to 3.4 times the change.
 const ERROR_OF_CHANGE: f64 = 8.0;
 
 /// Most rounds for a step, where friction changes so fast that the slow mode is hardly slower than the others.
 const STEP_ROUNDS: usize = 12;
 
-/// Coefficients of the derivative, truncated at the order.
+/// Coefficients of the derivative. The last one is zero.
 pub fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|n| if n + 1 < N { (n + 1) as f64 * series[n + 1] } else { 0.0 })
 }
 
-/// A slip with its external inputs.
+/// A slip and its external inputs.
 #[derive(Debug, Clone, Copy)]
 pub struct Slip<'a> {
     /// Sign of omega_r.
     pub sense: f64,
     /// Piece of the friction law.
     pub piece: usize,
-    /// Taylor coefficients of F_n about now, N by powers of s; further ones are zero.
+    /// Taylor coefficients of F_n about the present, N, by powers of time in s. Missing ones are zero.
     pub pressing: &'a [f64],
-    /// Speeds and torques of the drives, constant over the motion ahead. Its normal force is not used: see `pressing`.
+    /// Speeds and torques of the drives, constant over the motion ahead. The normal force in it is not used (see
+    /// `pressing`).
     pub outside: Outside,
 }
 
@@ -74,10 +75,10 @@ impl<'a> Slip<'a> {
     }
 }
 
-/// Momenta of the free chains, rotor and stator, N m s, which determine the slow motion; 0 for a tied chain.
+/// Momenta of the free chains, rotor and stator, N m s; 0 for a tied chain. They determine the slow motion.
 pub type Momenta = [f64; 2];
 
-/// Whether slips have a slow manifold: the contact sticks and slips, and every shaft has a stiffness.
+/// Whether slips have a slow manifold: the contact has stick and slip, and every shaft has a stiffness.
 pub fn has_slow_manifold(system: &SystemEquations) -> bool {
     let sprung = |side: &Side| side.stiffness.iter().all(|k| *k > 0.0);
     system.engagement == Engagement::StickSlip && sprung(&system.rotor) && sprung(&system.stator)
@@ -103,7 +104,7 @@ pub struct SlowState {
     pub settled: bool,
 }
 
-/// The state on the slow manifold with the momenta of `y`. Quadratures are copied.
+/// Computes the state on the slow manifold that has the momenta of `y`. Quadratures are copied.
 pub fn on_slow_manifold(system: &SystemEquations, slip: &Slip<'_>, y: &[f64]) -> SlowState {
     let momenta = slow_momenta(system, &slip.outside, y);
     let with = |slow: &[f64]| {
@@ -126,7 +127,7 @@ pub fn on_slow_manifold(system: &SystemEquations, slip: &Slip<'_>, y: &[f64]) ->
     }
     let slow = short.start(system);
     let least = rounding(system, &slow);
-    // The speeds lag by a round, and follow the twist rates.
+    // The speeds follow the twist rates one round later.
     let settled = twist_components(system).all(|k| (slow[k] - before[k]).abs() <= least[k]);
     if settled {
         return SlowState {
@@ -140,7 +141,7 @@ pub fn on_slow_manifold(system: &SystemEquations, slip: &Slip<'_>, y: &[f64]) ->
     let mut error: Vec<f64> = (0..least.len())
         .map(|k| (ERROR_OF_CHANGE * change[k]).max(least[k]))
         .collect();
-    // The momentum is given, so the speed follows the twist rates.
+    // The momentum is given, so that the speed follows from the twist rates.
     for side in [&system.rotor, &system.stator] {
         if let Some(index) = side.speed {
             let inner = inner_inertias(side).zip(side.twist_rates());
@@ -181,8 +182,8 @@ fn rounding(system: &SystemEquations, slow: &[f64]) -> Vec<f64> {
     least
 }
 
-/// Size of an oscillation, rad/s: the largest twist rate, or twist times the angular frequency of the shaft's inner
-/// inertia.
+/// Size of an oscillation, rad/s: the largest twist rate, or the largest twist times the angular frequency of the
+/// inertia on its shaft's inner side.
 pub fn oscillation(system: &SystemEquations, y: &[f64]) -> f64 {
     let of = |side: &Side| {
         let of_shaft = |i| (side.own_frequency(i) * side.twist(i, y).abs()).max(side.twist_rate(i, y).abs());
@@ -191,8 +192,8 @@ pub fn oscillation(system: &SystemEquations, y: &[f64]) -> f64 {
     of(&system.rotor).max(of(&system.stator))
 }
 
-/// The state after the round with the least change, and for each component the larger of its changes by this round and
-/// the one before: a single change may be small by chance.
+/// The state after the round with the least change, and for each component the larger of its changes in this round and
+/// the previous one. A single change may be small by chance.
 fn least_change(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> (Vec<f64>, Vec<f64>) {
     let mut series = SlowSeries::<LONG_ORDER>::zero(system, slip);
     let components = system.mechanical();
@@ -219,7 +220,6 @@ fn least_change(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> 
 #[derive(Debug, Clone)]
 struct SlowSide<const N: usize> {
     twists: Vec<[f64; N]>,
-    /// Speed of the outermost inertia of a free train, or of the end of a tied one.
     base: [f64; N],
     rates: Vec<[f64; N]>,
     speeds: Vec<[f64; N]>,
@@ -235,7 +235,6 @@ impl<const N: usize> SlowSide<N> {
         }
     }
 
-    /// Computes the present speed of the outermost inertia from momentum and twist rates.
     fn start_base(&mut self, side: &Side, driving: &Driving, momentum: f64) {
         self.base[0] = if side.speed.is_some() {
             let inner = inner_inertias(side).zip(&self.twists);
@@ -246,7 +245,7 @@ impl<const N: usize> SlowSide<N> {
         };
     }
 
-    /// Computes coefficient `n` of the speeds from the base's; returns the surface's.
+    /// Computes coefficient `n` of all speeds from that of the base, and returns the surface's.
     fn speeds_at(&mut self, side: &Side, n: usize) -> f64 {
         let mut speed = self.base[n];
         for i in (0..side.inertia.len()).rev() {
@@ -258,7 +257,7 @@ impl<const N: usize> SlowSide<N> {
         speed
     }
 
-    /// Computes coefficient `n` + 1 of a free train's base speed under the interface's torque.
+    /// Computes coefficient `n` + 1 of a free train's base speed, from the interface's torque.
     fn extend_base(&mut self, side: &Side, driving: &Driving, torque: f64, n: usize) {
         if side.speed.is_none() || n + 1 >= N {
             return;
@@ -286,7 +285,7 @@ impl<const N: usize> SlowSide<N> {
         load
     }
 
-    /// Computes the twists from the shafts' torques. Returns whether their rates have settled.
+    /// Computes the twists from the torques of the shafts. Returns whether the twist rates have settled.
     fn twist(&mut self, side: &Side, driving: &Driving, interface: &[f64; N]) -> bool {
         let mut carried = [0.0; N];
         let mut settled = true;
@@ -315,7 +314,6 @@ impl<const N: usize> SlowSide<N> {
 #[derive(Debug, Clone)]
 pub struct SlowSeries<const N: usize> {
     sides: [SlowSide<N>; 2],
-    /// s omega_r.
     speed: [f64; N],
     sense: f64,
     /// Friction along the motion, by powers of time in s.
@@ -325,12 +323,12 @@ pub struct SlowSeries<const N: usize> {
 }
 
 impl<const N: usize> SlowSeries<N> {
-    /// The motion for these [momenta](slow_momenta).
+    /// The motion with these [momenta](slow_momenta).
     pub fn new(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> Self {
         Self::of_rounds(system, slip, momenta, STEP_ROUNDS)
     }
 
-    /// The motion after at most `rounds` rounds.
+    /// The motion with these momenta, after at most `rounds` rounds.
     pub fn of_rounds(system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta, rounds: usize) -> Self {
         let mut series = Self::zero(system, slip);
         for _ in 0..rounds {
@@ -351,7 +349,7 @@ impl<const N: usize> SlowSeries<N> {
         }
     }
 
-    /// A round of the iteration. Returns whether the rates have settled, which they do last.
+    /// One round of the iteration. Returns whether the twist rates have settled, which they do last.
     fn round(&mut self, system: &SystemEquations, slip: &Slip<'_>, momenta: Momenta) -> bool {
         let sides = [
             (&system.rotor, &slip.outside.rotor),
@@ -386,7 +384,6 @@ impl<const N: usize> SlowSeries<N> {
         settled
     }
 
-    /// Computes the present speeds from the twist rates, which are a round ahead.
     fn settle_speeds(&mut self, system: &SystemEquations, momenta: Momenta) {
         for ((motion, side), momentum) in self.sides.iter_mut().zip([&system.rotor, &system.stator]).zip(momenta) {
             if side.speed.is_some() {
@@ -395,7 +392,7 @@ impl<const N: usize> SlowSeries<N> {
         }
     }
 
-    /// Passes the series of each component before the quadratures to `take`, with its index in the state.
+    /// Calls `take` for each component before the quadratures, with its index in the state and its series.
     pub fn states(&self, system: &SystemEquations, mut take: impl FnMut(usize, &[f64; N])) {
         for (motion, side) in self.sides.iter().zip([&system.rotor, &system.stator]) {
             for (i, twist) in motion.twists.iter().enumerate() {
@@ -413,13 +410,13 @@ impl<const N: usize> SlowSeries<N> {
         self.speed.map(|x| self.sense * x)
     }
 
-    /// r F_n mu', N m s/rad: the contact's damping by the slope of friction.
+    /// r F_n mu', N m s/rad: the damping of the contact by the slope of the friction law.
     pub fn contact_damping(&self, system: &SystemEquations, pressing: &[f64]) -> [f64; N] {
         let slope = self.friction.factors(1.0, system.radius).slope;
         std::array::from_fn(|n| slope * pressed(pressing, n, |n| self.friction.slope_shape(n)))
     }
 
-    /// The components before the quadratures at the start.
+    /// State at the start of the motion, without the quadratures.
     pub fn start(&self, system: &SystemEquations) -> Vec<f64> {
         let mut state = vec![0.0; system.mechanical()];
         self.states(system, |index, series| state[index] = series[0]);

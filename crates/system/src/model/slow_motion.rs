@@ -1,7 +1,7 @@
-//! Stick and separation after the fast oscillations: the motion of the slow modes alone, which is not stiff.
+//! Stick and separation after the fast oscillations. The remaining motion of the slow modes is not stiff.
 //!
-//! Both are linear, y' = A y. The projector P on the space of the slow modes commutes with A, so without the fast modes
-//! y' = P A y is the same motion.
+//! Both motions are linear, y' = A y. The projector P on the space of the slow modes commutes with A. Without fast
+//! modes y' = P A y is therefore the same motion.
 
 use super::OfLinearModes;
 use super::equations::SystemEquations;
@@ -9,20 +9,20 @@ use crate::model::Mode;
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 
-/// Least ratio between fast and slow modes.
+/// Smallest ratio between fast and slow eigenvalues.
 pub const GAP: f64 = 3.0;
 
-/// Eigenvalues below this share of the largest count as zero: rounding splits a double zero by its square root.
+/// Eigenvalues below this share of the largest count as zero. Rounding splits a double zero by its square root.
 const STANDING: f64 = 1e-6;
 
-/// Most Newton steps for the sign of a matrix; ten are usual.
+/// Most Newton steps for the sign of a matrix. Ten are usual.
 const ROUNDS: usize = 60;
 
 /// The slow motions in stick and in separation, each made on first use.
 pub type SlowMotions = OfLinearModes<SlowMotion>;
 
 impl SlowMotions {
-    /// The slow motion of a linear mode; `None` for other modes, and if no mode is slow relative to the others.
+    /// The slow motion in a linear mode; `None` in other modes, or if no mode is slow relative to the others.
     pub fn of(&self, system: &SystemEquations, mode: Mode) -> Option<&SlowMotion> {
         self.get(mode, || SlowMotion::new(system, mode))
     }
@@ -31,21 +31,21 @@ impl SlowMotions {
 /// The slow modes in stick or separation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlowMotion {
-    /// P, on the mechanical states.
+    /// P, which acts on the mechanical states.
     pub projector: DMatrix<f64>,
     /// Least decay of a fast mode, 1/s.
     pub fast_decay: f64,
 }
 
 impl SlowMotion {
-    /// The slow motion of a mode; `None` if no mode is slow relative to the others.
+    /// The slow motion in a mode; `None` if no mode is slow relative to the others.
     pub fn new(system: &SystemEquations, mode: Mode) -> Option<SlowMotion> {
         let matrix = system.balanced(system.linear_matrix(mode));
         let mut modes = eigenvalues(&matrix);
         modes.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         let fastest = modes.last()?.norm();
         let standing = modes.iter().filter(|mode| mode.norm() <= STANDING * fastest).count();
-        // Standing modes are slow, and so are those below the widest gap.
+        // Standing modes are slow, and so are the modes below the widest gap.
         let gap = |i: usize| modes[i].norm() / modes[i - 1].norm();
         let widest = (standing + 1..modes.len()).max_by(|a, b| gap(*a).total_cmp(&gap(*b)));
         let first = widest.filter(|widest| gap(*widest) >= GAP).unwrap_or(standing);

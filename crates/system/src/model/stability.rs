@@ -1,69 +1,68 @@
-//! Forecast of the loss of stability of steady sliding.
+//! Forecast of the time at which steady sliding loses its stability.
 //!
-//! One free train slows down by friction against a train at rest. In slip the linearised equations depend on the state
-//! only through the contact's damping kappa = r F_n mu' (negative for falling friction).
+//! One free train slows down by friction against a train at rest. In slip the linearised equations depend on the
+//! state only through the contact's damping kappa = r F_n mu', which is negative for falling friction.
 
 use super::equations::{Side, SystemEquations};
 use crate::friction::{Bounds, Law};
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{Complex, DMatrix};
 
-/// Shortest step relative to the initial speed, however steep the friction law.
+/// The initial speed over the smallest fall of the speed in one step, however steep the friction law is.
 const FINEST: f64 = 20_000.0;
 
 const SHARE_OF_SCALE: f64 = 0.05;
 
-/// Most steps; 1000 are usual.
 const MOST_STEPS: usize = 100_000;
 
-/// Least ratio between an inertia and the surface's at which it counts as fixed, as the far end of the surface's shaft.
-/// Its motion detunes two equal disks, whose fast modes then decay faster than stated.
+/// Smallest ratio between an inertia and the surface's for which the inertia counts as the fixed far end of the
+/// surface's shaft. Its motion detunes two equal disks, whose fast modes then decay faster than stated.
 const HEAVY: f64 = 20.0;
 
-/// Values of the fast modes' decay per e-fold of kappa, with linear interpolation.
+/// Number of tabulated values of the fast modes' decay per e-fold of kappa, with linear interpolation between them.
 const PER_E_FOLD: f64 = 16.0;
 
-/// Range of the values on either side of the resistance's scale, in e-folds of kappa; constant beyond.
+/// Range of tabulated values on either side of the resistance, in e-folds of kappa. The decay is constant beyond.
 const E_FOLDS: f64 = 20.0;
 
-/// Decay of the fast modes of a slip, as a function of the contact's damping kappa.
+/// Decay of the fast modes in a slip, as a function of the contact's damping kappa.
 #[derive(Debug, Clone)]
 pub struct FastModes {
-    /// 2 R: the margin of stability is 2 (R + kappa), N m s/rad.
+    /// 2 R, N m s/rad.
     twice_resistance: f64,
     spectrum: Option<Spectrum>,
 }
 
-/// Selection of the slow modes of a slip.
+/// Which modes of a slip count as slow.
 #[derive(Debug, Clone, Copy)]
 pub enum Slow {
-    /// One for each free train.
+    /// One mode for each free train.
     OfFreeChains,
     /// Modes with an eigenvalue up to this magnitude, 1/s.
     UpTo(f64),
 }
 
-/// Rates of the modes of a slip, 1/s.
+/// Rates of the modes in a slip, 1/s.
 #[derive(Debug, Clone, Copy)]
 pub struct Rates {
-    /// Least decay of a fast mode; minus infinity if the eigenvalues are not found.
+    /// Least decay of a fast mode, 1/s; minus infinity if the eigenvalues are not found.
     pub decay: f64,
-    /// Largest magnitude of a slow mode.
+    /// Largest magnitude of a slow mode's eigenvalue, 1/s.
     pub slow: f64,
 }
 
-/// The modes as functions of kappa, from eigenvalues found on demand.
+/// The modes as functions of kappa, with eigenvalues that are computed on demand.
 #[derive(Debug, Clone)]
 pub struct Spectrum {
     slow: Slow,
-    /// kappa is this times sinh(i / [`PER_E_FOLD`]).
+    /// Tabulated values of kappa are this scale times sinh(i / [`PER_E_FOLD`]).
     scale: f64,
     rates: Vec<Option<Rates>>,
 }
 
 impl FastModes {
-    /// Fast modes of a system with the stability margin `twice_resistance` + 2 kappa (N m s/rad; infinite if no swing
-    /// of the surfaces can become unstable).
+    /// The fast modes of a system with the stability margin `twice_resistance` + 2 kappa (N m s/rad; infinite if no
+    /// swing of the surfaces can become unstable).
     pub fn new(system: &SystemEquations, twice_resistance: f64) -> Self {
         let spectrum = (!two_disks(system)).then(|| {
             let finite = twice_resistance > 0.0 && twice_resistance.is_finite();
@@ -81,9 +80,9 @@ impl FastModes {
         self.twice_resistance + 2.0 * contact_damping
     }
 
-    /// Decay of the least damped fast mode at this kappa, 1/s; negative if it grows.
+    /// Decay of the least damped fast mode at this kappa, 1/s; negative if the mode grows.
     ///
-    /// Two equal disks have a closed form, with the far ends of their shafts at rest.
+    /// Two equal disks have a closed form if the far ends of their shafts are at rest.
     pub fn decay(&mut self, system: &SystemEquations, contact_damping: f64) -> f64 {
         match &mut self.spectrum {
             None => {
@@ -100,8 +99,8 @@ impl FastModes {
         let ends = [between.least, between.most].map(|kappa| self.decay(system, kappa));
         let least = ends[0].min(ends[1]);
         match &mut self.spectrum {
-            // The closed form rises with the damping of a pair until its eigenvalues are real, then falls: no minimum
-            // in between.
+            // The closed form rises with the damping of a pair until its eigenvalues are real, and falls afterwards.
+            // It has no minimum in between.
             None => least,
             Some(spectrum) => {
                 let places = [between.least, between.most].map(|kappa| spectrum.place(kappa));
@@ -114,7 +113,7 @@ impl FastModes {
     }
 }
 
-/// Whether both surfaces are equal and swing on one shaft each, whose far end is the ground or a heavy inertia.
+/// Whether both surfaces are equal and each swings on one shaft, whose far end is the ground or a heavy inertia.
 fn two_disks(system: &SystemEquations) -> bool {
     let one = |side: &Side| side.shafts() == 1;
     let held = |side: &Side| {
@@ -132,7 +131,7 @@ fn two_disks(system: &SystemEquations) -> bool {
         && rotor.damping[0] + rotor.viscous[0] == stator.damping[0] + stator.viscous[0]
 }
 
-/// The slower decay of the two roots of inertia s^2 + damping s + stiffness, 1/s.
+/// The slower of the two decays of inertia s^2 + damping s + stiffness = 0, 1/s.
 fn slower(inertia: f64, damping: f64, stiffness: f64) -> f64 {
     let apart = damping * damping - 4.0 * stiffness * inertia;
     if apart <= 0.0 {
@@ -145,7 +144,8 @@ fn slower(inertia: f64, damping: f64, stiffness: f64) -> f64 {
 }
 
 impl Spectrum {
-    /// With dense values up to `resistance` (N m s/rad), or up to 0.01 sqrt(k J) of a shaft.
+    /// An empty table. Its values are dense for |kappa| up to `resistance` (N m s/rad), or up to 0.01 sqrt(k J) of a
+    /// shaft if there is none.
     pub fn new(system: &SystemEquations, resistance: Option<f64>, slow: Slow) -> Self {
         let own = |side: &Side| {
             let shafts = side.stiffness.iter().zip(&side.inertia);
@@ -158,8 +158,8 @@ impl Spectrum {
         }
     }
 
-    /// The least decay of fast modes and the largest magnitude of slow ones for kappa in `between`, including the
-    /// adjacent values.
+    /// Least decay of fast modes and largest magnitude of slow ones over all kappa in `between`, including the
+    /// adjacent tabulated values.
     pub fn over(&mut self, system: &SystemEquations, between: Bounds) -> Rates {
         let places = [between.least, between.most].map(|kappa| self.place(kappa));
         let within = places[0].floor() as usize..=places[1].ceil() as usize;
@@ -176,7 +176,6 @@ impl Spectrum {
         })
     }
 
-    /// Position of kappa among the values, in units of their distance.
     fn place(&self, kappa: f64) -> f64 {
         let e_folds = (kappa / self.scale).asinh().clamp(-E_FOLDS, E_FOLDS);
         (E_FOLDS + e_folds) * PER_E_FOLD
@@ -198,7 +197,7 @@ impl Spectrum {
     }
 }
 
-/// Decay of the fast modes and magnitude of the slow ones at `kappa`, the contact's damping in N m s/rad.
+/// Decay of the fast modes and magnitude of the slow ones at the contact's damping `kappa` (N m s/rad).
 pub fn rates(system: &SystemEquations, kappa: f64, slow: Slow) -> Rates {
     let (slow, fast) = modes(system, kappa, slow);
     let decay = fast
@@ -217,13 +216,13 @@ pub fn rates(system: &SystemEquations, kappa: f64, slow: Slow) -> Rates {
     }
 }
 
-/// The least angular frequency of the fast modes of a slip under constant friction, 1/s.
+/// Least angular frequency of the fast modes in a slip under constant friction, 1/s.
 pub fn least_fast_frequency(system: &SystemEquations) -> f64 {
     let modes = fast_modes(system, 0.0).into_iter().map(|mode| mode.norm());
     modes.fold(f64::INFINITY, f64::min)
 }
 
-/// The eigenvalues of all modes except one slow mode per free train, 1/s.
+/// Eigenvalues of all modes except one slow mode for each free train, 1/s.
 pub fn fast_modes(system: &SystemEquations, kappa: f64) -> Vec<Complex<f64>> {
     modes(system, kappa, Slow::OfFreeChains).1
 }
@@ -246,14 +245,14 @@ fn modes(system: &SystemEquations, kappa: f64, slow: Slow) -> (Vec<Complex<f64>>
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Braking {
     radius: f64,
-    /// kg m^2.
+    /// Total inertia of the train, kg m^2.
     pub inertia: f64,
     /// Total damping of its bearings, N m s/rad.
     pub viscous: f64,
 }
 
 impl Braking {
-    /// `None` unless exactly one train is free.
+    /// Takes the parameters from a system; `None` unless exactly one train is free.
     pub fn new(system: &SystemEquations) -> Option<Self> {
         let side = match (system.rotor.speed, system.stator.speed) {
             (Some(_), None) => &system.rotor,
@@ -267,17 +266,18 @@ impl Braking {
         })
     }
 
-    /// Deceleration at |omega_r| = `x` (rad/s), rad/s^2.
+    /// Deceleration at |omega_r| = `x` (rad/s) with friction coefficient `mu` and normal force `force` (N), rad/s^2.
     pub fn slowing(&self, mu: f64, force: f64, x: f64) -> f64 {
         (mu * self.radius * force + self.viscous * x) / self.inertia
     }
 }
 
-/// The relative velocity (rad/s) below which a slip from `speed` (rad/s) down, under a normal force up to `force` (N),
-/// bends too much for BDF of order 4 with steps of `stride` (s). `None` unless exactly one train is free.
+/// Relative velocity (rad/s) below which a slip that slows down from `speed` (rad/s), under a normal force up to
+/// `force` (N), bends too much for BDF of order 4 with steps of `stride` (s). `None` unless exactly one train is
+/// free.
 ///
-/// Friction gives the twists a part whose fifth derivative, that of mu times omega_r'^5, is the error of the method: a
-/// step has an error above `relative` of the twist.
+/// Friction contributes to the twists a part whose fifth derivative is that of mu times omega_r'^5. This derivative
+/// is the error of the method. Below the returned speed the error of a step exceeds `relative` of the twist.
 pub fn bent_sliding(system: &SystemEquations, force: f64, speed: f64, stride: f64, relative: f64) -> Option<f64> {
     const ORDER: i32 = 5;
     let largest = system.law.typical_coefficient(speed);
@@ -290,7 +290,7 @@ pub fn bent_sliding(system: &SystemEquations, force: f64, speed: f64, stride: f6
     )
 }
 
-/// The normal force of a forecast.
+/// Normal force in a forecast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SmoothForce {
     /// Value without harmonics and ringing, N.
@@ -299,23 +299,23 @@ pub struct SmoothForce {
     pub swing: f64,
 }
 
-/// Forecast of rigid sliding: a free train as one inertia, slowed by quasi-steady friction. It leaves out the twists
-/// (for a brake a relative error of about J/I and omega_r / omega_n). This suffices to decide in advance where an
-/// integrator must resolve the fast modes; it never enters a result.
+/// Forecast of rigid sliding: a free train moves as one inertia, slowed by quasi-steady friction. The twists are
+/// neglected, which for a brake is a relative error of about J/I and omega_r / omega_n. This suffices to decide in
+/// advance where an integrator must resolve the fast modes. The forecast never enters a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forecast {
-    /// (t (s), damping of the least damped fast mode since the start, in e-folds).
+    /// Time (s), and damping of the least damped fast mode since the start, in e-folds.
     path: Vec<(f64, f64)>,
-    /// (t (s), |omega_r| (rad/s)) at the same times.
+    /// (t (s), |omega_r| (rad/s)).
     speeds: Vec<(f64, f64)>,
-    /// Time when sliding becomes unstable or the relative velocity reaches zero, whichever is first, s.
+    /// Time (s) at which sliding becomes unstable or the relative velocity reaches zero, whichever is first.
     pub instability: Option<f64>,
 }
 
 impl Forecast {
-    /// Forecast of the slip at `t` (s) with this relative velocity (rad/s), up to `until` (s). `force` gives the normal
-    /// force at a time, `next_corner` its first corner after a time (s). `None` unless exactly one train is free. The
-    /// caller ensures that nothing drives the system.
+    /// Forecast of the slip at `t` (s) with this relative velocity (rad/s), up to `until` (s). `force` returns the
+    /// normal force at a time, and `next_corner` its first corner after a time (s). `None` unless exactly one train
+    /// is free. The caller ensures that nothing drives the system.
     pub fn of_slip(
         system: &SystemEquations,
         modes: &mut FastModes,
@@ -345,7 +345,7 @@ impl Forecast {
         let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
         let finest = x / FINEST;
         while t < until {
-            // If the force is too steep for progress, the path ends as if unstable: steps are then resolved.
+            // If the force is too steep for progress, the path ends as if unstable, so that the steps are resolved.
             let Some(here) = decay(t, x).filter(|_| x > 0.0 && path.len() <= MOST_STEPS) else {
                 instability = Some(t);
                 break;
@@ -356,7 +356,7 @@ impl Forecast {
             if t + step > corner {
                 step = corner - t;
             }
-            // Resolve the fall of the speed and, where it matters, the change of friction.
+            // Resolves the fall of the speed and, where it matters, the change of friction.
             let followed = law.followed_fall(x, SHARE_OF_SCALE);
             let fall = (0.02 * x + 1e-6).min(followed).max(finest);
             let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
@@ -381,25 +381,26 @@ impl Forecast {
         })
     }
 
-    /// The latest time with `e_folds` of damping still ahead of the instability; `None` without one.
+    /// The latest time (s) with `e_folds` of damping still ahead before the instability, if there is one.
     pub fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
         self.instability?;
         last_quiet_time(&self.path, e_folds)
     }
 
-    /// The first time with a relative velocity up to `speed` (rad/s), if any.
+    /// The first time (s) with a relative velocity up to `speed` (rad/s), if there is one.
     pub fn time_of_speed(&self, speed: f64) -> Option<f64> {
         self.speeds.iter().find(|(_, x)| *x <= speed).map(|(t, _)| *t)
     }
 
-    /// The time when `e_folds` of damping have passed since the start, if that precedes any instability.
+    /// The time (s) at which `e_folds` of damping have passed since the start; `None` if an instability comes first.
     pub fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
         let passed = self.path.windows(2).find(|pair| pair[1].1 >= e_folds);
         passed.map(|pair| between(pair, e_folds))
     }
 }
 
-/// The latest time with `e_folds` of damping still ahead, before the end of a path of (t (s), damping in e-folds).
+/// The latest time (s) with `e_folds` of damping still ahead before the end of a path of (time (s), damping in
+/// e-folds).
 pub fn last_quiet_time(path: &[(f64, f64)], e_folds: f64) -> Option<f64> {
     let last = path.last()?.1 - e_folds;
     let quiet = path.windows(2).rev().find(|pair| pair[0].1 <= last);
@@ -415,25 +416,26 @@ fn between(pair: &[(f64, f64)], damping: f64) -> f64 {
     }
 }
 
-/// Bounds from the start alone: time during which a slip is far from unstable, and the instability after that.
+/// Bounds that follow from the start of a slip alone: how long it is far from unstable, and how unstable it becomes.
 ///
-/// They assume rigid sliding like [`Forecast`], with the friction torque between its bounds.
+/// Like [`Forecast`] they assume rigid sliding, with the friction torque between its bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuietStretch {
-    /// Until this time the margin of stability is at least R, half its value without friction, s.
+    /// Time (s) until which the margin of stability is at least R, half of its value without friction.
     pub until: f64,
-    /// Least decay of the fast modes until then, 1/s.
+    /// Least decay of the fast modes until that time, 1/s.
     pub damping: f64,
-    /// Bound of the growth of a perturbation between the loss of stability and the stop, e-folds.
+    /// Bound of the growth of a perturbation between the loss of stability and the stop, in e-folds.
     pub growth: f64,
-    /// Bound of the rate of steady sliding relative to the twists that follow it: rate of change of friction's slope
-    /// times kappa and the compliance of all shafts. If it is small, the slow manifold exists to all digits.
+    /// Bound of the rate of steady sliding relative to the twists that follow it: rate of change of the friction
+    /// law's slope, times kappa and the compliance of all shafts. If small, the slow manifold exists to all digits.
     pub time_scale_ratio: f64,
 }
 
 impl QuietStretch {
-    /// Bounds for the slip at `t` (s) with this relative velocity (rad/s), under a normal force (N) within `force` from
-    /// `t` on. `None` unless exactly one train is free. The caller ensures that nothing drives the system.
+    /// Bounds for the slip at `t` (s) with this relative velocity (rad/s), under a normal force (N) that stays within
+    /// `force` from `t` on. `None` unless exactly one train is free. The caller must ensure that nothing drives the
+    /// system.
     pub fn of_slip(
         system: &SystemEquations,
         modes: &mut FastModes,
@@ -447,10 +449,10 @@ impl QuietStretch {
         let coefficient = law.bounds_below(speed);
         let slopes = law.slope_bounds(0.0, f64::INFINITY);
         let pressed = system.radius * most;
-        // -kappa, the largest reduction of R by falling friction
+        // -kappa, the largest reduction of R by falling friction.
         let negative_damping = -pressed * slopes.least;
         let resistance = modes.twice_resistance / 2.0;
-        // Below this speed the margin may be less than its part (1 - part).
+        // Below this speed the margin may be less than a share 1 - part of its value without friction.
         let critical = |part: f64| match resistance.is_finite() {
             true => law.damped_from(part * resistance, pressed),
             false => 0.0,
@@ -475,7 +477,7 @@ impl QuietStretch {
         } else {
             f64::INFINITY
         };
-        // Another mode than the surfaces' own may become unstable first.
+        // Another mode than that of the surfaces may become unstable first.
         let to_instability = Bounds {
             least: -largest,
             most: quiet.least,
@@ -500,12 +502,12 @@ impl QuietStretch {
     }
 }
 
-/// Tolerance for a negative decay from rounding and interpolation, relative to the decay of quiet sliding, at the loss
-/// of stability.
+/// Negative decay that is rounding and interpolation at the loss of stability, relative to the decay of quiet
+/// sliding.
 const ROUNDING: f64 = 0.05;
 
-/// Bound of the growth of any motion at this kappa or a larger one, 1/s: energy grows at most with twice the largest
-/// negative damping over its inertia, and half of it may be elastic.
+/// Bound of the growth of any motion at this kappa or a larger one, 1/s. The energy grows at most with twice the
+/// largest negative damping over its inertia, and half of the energy may be elastic.
 pub fn fastest_growth(system: &SystemEquations, kappa: f64) -> f64 {
     let sides = [&system.rotor, &system.stator];
     let first = [0, system.rotor.inertia.len()];

@@ -1,4 +1,4 @@
-//! Definition of a system, two chains at one contact, in SI units and radians. In translation metres, newtons and
+//! Definition of a system: two chains at one contact, in SI units and radians. In translation metres, newtons and
 //! kilograms replace radians, newton metres and kilogram square metres, and the radius is 1.
 
 use crate::friction::FrictionLaw;
@@ -6,7 +6,7 @@ use crate::model::{Axial, BreakawayTest, ExactLaw, KickTime};
 use crate::signal::{Drive, Signal};
 use num_rational::BigRational;
 
-/// The physical problem. `T` is the number type and `L` the friction law: doubles with [`FrictionLaw`], or exact
+/// The physical problem. `T` is the number type, and `L` the friction law: doubles with [`FrictionLaw`], or exact
 /// numbers with [`ExactLaw`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct System<T = f64, L = FrictionLaw> {
@@ -22,7 +22,7 @@ pub struct System<T = f64, L = FrictionLaw> {
     pub breakaway: T,
     /// Torque that is compared with mu_0 r F_n in stick.
     pub breakaway_test: BreakawayTest,
-    /// mu(x) of the sliding speed x = |omega_r|; g(x) for bristles.
+    /// mu(x) at the sliding speed x = |omega_r|; g(x) with bristles.
     pub law: L,
     /// Treatment of friction's jump at rest.
     pub contact: ContactLaw<T>,
@@ -38,11 +38,11 @@ pub type ExactSystem = System<BigRational, ExactLaw>;
 /// An open chain of inertias, from the contact outwards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Train<T = f64> {
-    /// Inertias, kg m^2; inertia 0 is the surface. Without any, the surface is the far end itself, which is fixed or
-    /// driven.
+    /// Inertias, kg m^2. Inertia 0 is the surface. Without any, the surface is the far end, which is fixed or driven.
     pub inertia: Vec<T>,
-    /// Stiffness of the shafts, N m/rad: shaft i is between inertias i and i + 1, the last one between the outermost
-    /// inertia and a fixed or driven end. As many as inertias, one less with a free end, none without inertia.
+    /// Stiffness of the shafts, N m/rad. Shaft i is between inertias i and i + 1; the last one is between the
+    /// outermost inertia and a fixed or driven end. There are as many shafts as inertias, one less with a free end,
+    /// and none without inertia.
     pub stiffness: Vec<T>,
     /// Damping of the shafts, N m s/rad.
     pub damping: Vec<T>,
@@ -68,7 +68,7 @@ pub enum End<T = f64> {
 /// An external torque.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Torque<T = f64> {
-    /// N m; positive in the direction of positive speed.
+    /// Torque, N m; positive in the direction of positive speed.
     pub signal: Drive<T>,
     /// Index of the inertia on which it acts.
     pub on: usize,
@@ -77,9 +77,9 @@ pub struct Torque<T = f64> {
 /// Source of the normal force.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pressing<T = f64> {
-    /// A given force, N; where it is not positive the contact is open.
+    /// A given force, N. Where it is not positive, the contact is open.
     Force(Drive<T>),
-    /// The axial mode under an actuating force, as in the brake.
+    /// The axial mode under an actuating force, as in the paper's brake.
     Axial {
         /// The axial oscillator.
         axial: Axial<T>,
@@ -91,25 +91,25 @@ pub enum Pressing<T = f64> {
 /// Treatment of friction's jump at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ContactLaw<T = f64> {
-    /// Stick and slip: the torque s mu(|omega_r|) r F_n in slip, up to mu_0 r F_n in stick.
+    /// Stick and slip. The torque is s mu(|omega_r|) r F_n in slip, and up to mu_0 r F_n in stick.
     StickSlip,
-    /// No stick: the torque mu(|omega_r|) f(omega_r/eps) r F_n at every omega_r.
+    /// No stick. The torque is mu(|omega_r|) f(omega_r/eps) r F_n at every omega_r.
     Regularised(Regularisation<T>),
-    /// No stick: the torque (sigma_0 z + sigma_1 z' + sigma_2 omega_r) r F_n with the deflection z of the bristles,
-    /// z' = omega_r - sigma_0 |omega_r| z/g(|omega_r|) (LuGre).
+    /// No stick. The torque is (sigma_0 z + sigma_1 z' + sigma_2 omega_r) r F_n with the deflection z of the
+    /// bristles, where z' = omega_r - sigma_0 |omega_r| z/g(|omega_r|) (LuGre).
     Bristles(Bristles<T>),
 }
 
-/// A smooth function instead of the sign of omega_r.
+/// A smooth function that replaces the sign of omega_r.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regularisation<T = f64> {
-    /// The function.
+    /// The function f.
     pub function: Smoothing,
     /// eps, rad/s.
     pub speed: T,
 }
 
-/// Function of a regularisation.
+/// Function f of a regularisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Smoothing {
     /// tanh(omega_r/eps).
@@ -118,7 +118,7 @@ pub enum Smoothing {
     Arctan,
 }
 
-/// Parameters of LuGre's bristles besides g.
+/// Parameters of LuGre's bristles, without the function g.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bristles<T = f64> {
     /// sigma_0, 1/rad.
@@ -134,12 +134,11 @@ pub struct Bristles<T = f64> {
 /// The state at t = 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Initial<T = f64> {
-    /// Twists of the rotor's shafts, rad: outer less inner angle.
+    /// Twists of the rotor's shafts, rad: outer minus inner angle.
     pub rotor_twist: Vec<T>,
     /// Speeds of the rotor's inertias, rad/s.
     pub rotor_speed: Vec<T>,
-    /// Twists of the stator's shafts, rad: inner less outer angle, so that friction of forward slip twists both chains
-    /// positively.
+    /// Twists of the stator's shafts, rad: inner minus outer angle. Forward slip thus twists both chains positively.
     pub stator_twist: Vec<T>,
     /// Speeds of the stator's inertias, rad/s.
     pub stator_speed: Vec<T>,
@@ -148,7 +147,7 @@ pub struct Initial<T = f64> {
 /// A jump of the relative velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kick<T = f64> {
-    /// A time, or the loss of stability.
+    /// Time of the kick, or the loss of stability.
     pub time: KickTime<T>,
     /// delta, rad/s.
     pub relative_velocity: T,
@@ -159,7 +158,8 @@ pub struct Kick<T = f64> {
 /// Surface that takes a kick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum KickSide {
-    /// Both, so that momentum is kept: phi2_dot += delta J_1/(J_1 + J_2), phi1_dot -= delta J_2/(J_1 + J_2).
+    /// Both surfaces, so that the momentum is kept: phi2_dot += delta J_1/(J_1 + J_2), phi1_dot -= delta J_2/(J_1 +
+    /// J_2).
     #[default]
     Both,
     /// phi2_dot += delta.
@@ -169,7 +169,7 @@ pub enum KickSide {
 }
 
 impl<T> Train<T> {
-    /// Required number of shafts.
+    /// Number of shafts that the train must have.
     pub fn shafts(&self) -> usize {
         match self.end {
             End::Free => self.inertia.len().saturating_sub(1),
@@ -177,14 +177,15 @@ impl<T> Train<T> {
         }
     }
 
-    /// Whether the surface has no inertia: it moves with the far end.
+    /// Whether the surface has no inertia and moves with the far end.
     pub fn is_rigid(&self) -> bool {
         self.inertia.is_empty()
     }
 }
 
 impl<T, L> System<T, L> {
-    /// Every signal that drives the chains or presses the surfaces directly; not the actuation of the axial mode.
+    /// All signals that drive the chains or press the surfaces directly. The actuation of the axial mode is not
+    /// included.
     pub fn drives(&self) -> Vec<&Drive<T>> {
         let mut found = Vec::new();
         for train in [&self.rotor, &self.stator] {

@@ -1,9 +1,9 @@
 //! Band matrices, as LAPACK and SUNDIALS store them.
 
-/// A square band matrix in the memory of another, for writing.
+/// A square band matrix that writes into memory owned by a caller.
 #[derive(Debug)]
 pub struct BandMut<'a> {
-    /// Columns in sequence; element (i, j) is at `above + i - j` from the start of its column.
+    /// Columns in sequence. Element (i, j) is at `above + i - j` from the start of its column.
     entries: &'a mut [f64],
     stride: usize,
     above: usize,
@@ -11,11 +11,11 @@ pub struct BandMut<'a> {
 }
 
 impl<'a> BandMut<'a> {
-    /// A matrix with columns `stride` apart, and the diagonal at `above` from the start of each. Elements up to
-    /// `half_width` from the diagonal may be written.
+    /// A matrix whose columns are `stride` apart, with the diagonal at `above` from the start of each column.
+    /// Elements up to `half_width` from the diagonal may be written.
     ///
     /// # Panics
-    /// A column is too short for them.
+    /// A column is too short for these elements.
     pub fn new(entries: &'a mut [f64], stride: usize, above: usize, half_width: usize) -> Self {
         assert!(half_width <= above && above + half_width < stride);
         BandMut {

@@ -1,15 +1,15 @@
-//! Polynomials through a smooth motion, by their Chebyshev coefficients.
+//! Polynomials that approximate a smooth motion, given by their Chebyshev coefficients.
 //!
-//! On a stretch from a to b, with x = (2 t - a - b)/(b - a), a motion is the sum of c_j T_j(x), j = 0 to 15. It is
-//! known at the 16 extrema of T_15, which include both ends, at times rounded to doubles. The coefficients fit the
-//! values at the rounded times.
+//! On a stretch from a to b, with x = (2 t - a - b)/(b - a), a motion is the sum of c_j T_j(x), j = 0 to 15. The
+//! motion is known at the 16 extrema of T_15, which include both ends, at times rounded to doubles. The coefficients
+//! fit the values at the rounded times.
 
 use nalgebra::{DMatrix, SMatrix};
 
-/// Coefficients of a polynomial, and the nodes that determine them.
+/// Number of coefficients of a polynomial, and of the nodes that determine them.
 pub const COEFFICIENTS: usize = 16;
 
-/// Shorter stretches, in spacings of their times, have a straight line.
+/// A stretch shorter than this, in spacings of doubles at its times, is approximated by a straight line.
 const FEWEST_TIMES: f64 = 4096.0;
 
 /// The sum of `c[j] T_j(x)`, by Clenshaw's recurrence.
@@ -33,7 +33,7 @@ pub fn place(t: f64, start: f64, end: f64) -> f64 {
     }
 }
 
-/// Times of the required values of a motion from `start` to `end`, increasing.
+/// Increasing times from `start` to `end` at which the values of a motion are required.
 pub fn nodes(start: f64, end: f64) -> [f64; COEFFICIENTS] {
     let last = COEFFICIENTS - 1;
     std::array::from_fn(|k| match k {
@@ -46,7 +46,7 @@ pub fn nodes(start: f64, end: f64) -> [f64; COEFFICIENTS] {
     })
 }
 
-/// Replaces each column, the values of a quantity at the [`nodes`], by its coefficients.
+/// Replaces each column, which contains the values of a quantity at the [`nodes`], by its coefficients.
 pub fn fit(times: &[f64; COEFFICIENTS], columns: &mut DMatrix<f64>) {
     let (start, end) = (times[0], times[COEFFICIENTS - 1]);
     let spacing = f64::EPSILON * start.abs().max(end.abs());

@@ -1,20 +1,20 @@
-//! Eigenvalues.
+//! Eigenvalues and eigenvectors.
 
 use nalgebra::linalg::Schur;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Most QR sweeps per row in one attempt. An eigenvalue takes two or three.
+/// Most QR sweeps per row in one attempt. An eigenvalue usually takes two or three.
 const SWEEPS: usize = 40;
 
-/// Growth of the tolerance from attempt to attempt, and its limit.
+/// Factor by which the tolerance grows from attempt to attempt, and its limit.
 const LOOSENING: f64 = 4.0;
 const LOOSEST: f64 = 1e-6;
 
-/// All eigenvalues of a square matrix, in the unit of its entries; NaN if entries are not finite.
+/// All eigenvalues of a square matrix, in the unit of its entries; NaN if an entry is not finite.
 ///
-/// `DMatrix::complex_eigenvalues` iterates without a bound: for ever if an entry is NaN, or if its shifts leave the
-/// matrix unchanged, such as a cyclic permutation. Here a failed attempt is repeated on a mirror image of the matrix,
-/// with the same eigenvalues and other shifts, at a larger tolerance.
+/// `DMatrix::complex_eigenvalues` iterates without a bound. It never ends if an entry is NaN, or if its shifts do not
+/// change the matrix, as with a cyclic permutation. Here a failed attempt is repeated with a larger tolerance on a
+/// mirror image of the matrix, which has the same eigenvalues but other shifts.
 pub fn eigenvalues(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let rows = matrix.nrows();
     let (mut image, mut tolerance, mut round) = (matrix.clone(), f64::EPSILON, 1.0);
@@ -31,7 +31,7 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
     vec![Complex::new(f64::NAN, f64::NAN); rows]
 }
 
-/// An eigenvector of length 1 for an eigenvalue of a square matrix; `None` if entries are not finite.
+/// An eigenvector of length 1 for an eigenvalue of a square matrix; `None` if an entry is not finite.
 pub fn null_vector(matrix: &DMatrix<f64>, value: Complex<f64>) -> Option<DVector<Complex<f64>>> {
     if !matrix.iter().all(|entry| entry.is_finite()) {
         return None;

@@ -1,5 +1,5 @@
-//! Methods of high order for smooth stretches, without physics: Taylor series that follow an oscillation, and Radau IIA
-//! collocation with steps longer than it.
+//! Methods of high order for smooth stretches, without physics: Taylor series, which follow an oscillation, and Radau
+//! IIA collocation, whose steps can be longer than the oscillation.
 
 pub mod band;
 pub mod chebyshev;

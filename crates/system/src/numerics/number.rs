@@ -1,12 +1,12 @@
-//! The operations that a number needs for the recurrences.
+//! Operations that the recurrences require of a number.
 
 use std::array;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number: `f64` for a run, an enclosure for a proof.
+/// A real number: `f64` for a run, or an enclosure for a proof.
 ///
-/// The recurrences use the same operations in the same order for every type. If the operations of an enclosure contain
-/// the `f64` results for all points inside, so do the recurrences.
+/// The recurrences use the same operations in the same order for every type. If each operation of an enclosure
+/// contains the `f64` results for all points inside, so do the recurrences.
 pub trait Number:
     Copy
     + PartialOrd
@@ -48,14 +48,14 @@ pub trait Number:
         Self::of(-bound) < self && self < Self::of(bound)
     }
 
-    /// self times `factor`, which is often a sign.
+    /// self times `factor`, which often is a sign.
     #[inline(always)]
     fn times(self, factor: f64) -> Self {
         Self::of(factor) * self
     }
 
-    /// The sum over k of `a[k] b[k]`, for slices of equal length. Four partial sums, of every fourth product, since a
-    /// single one would wait for each addition.
+    /// The sum over k of `a[k] b[k]`, for slices of equal length. Each of four partial sums takes every fourth
+    /// product, because a single sum would wait for each addition.
     #[inline(always)]
     fn dot(a: &[Self], b: &[Self]) -> Self {
         let mut sums = [Self::of(0.0); 4];

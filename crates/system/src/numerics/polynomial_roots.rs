@@ -1,37 +1,37 @@
-//! The roots of a polynomial in (0, 1], isolated by Descartes' rule of signs on its Bernstein coefficients.
+//! Roots of a polynomial in (0, 1], isolated with Descartes' rule of signs for its Bernstein coefficients.
 //!
-//! The number of sign changes of the Bernstein coefficients on an interval is at least the number of roots inside, and
-//! exceeds it by an even number: none means no root, one means exactly one. Other intervals are halved, so that no root
-//! is passed over and none is found twice. A zero coefficient counts as positive, as if the polynomial were raised
+//! The number of sign changes of the Bernstein coefficients on an interval exceeds the number of roots inside by zero
+//! or an even number. No sign change means no root, and one means exactly one root. All other intervals are halved,
+//! so that no root is missed or found twice. A zero coefficient counts as positive, as if the polynomial were raised
 //! slightly. Two roots closer than 2^-40 of the interval, or a root that only touches zero, do not count.
 
 use super::taylor;
 use std::ops::ControlFlow;
 
-/// Halvings after which the ends of an interval decide.
+/// Number of halvings after which the values at the ends of an interval decide.
 const DEPTH: u32 = 40;
 
-/// An interval within [0, 1] that holds exactly one change of sign.
+/// An interval within [0, 1] that contains exactly one sign change of the polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bracket {
-    /// Before the sign change.
+    /// Position before the sign change.
     pub low: f64,
-    /// After the sign change.
+    /// Position after the sign change.
     pub high: f64,
     /// Whether the sign changes from positive (or zero) to negative.
     pub falling: bool,
 }
 
-/// Passes each sign change of the polynomial (coefficients, lowest first) in (0, 1] to `visit`, from left to right,
-/// until `Break`.
+/// Calls `visit` for each sign change of the polynomial (coefficients, lowest first) in (0, 1], from left to right,
+/// until it returns `Break`.
 pub fn isolate<const N: usize>(coefficients: &[f64; N], visit: &mut impl FnMut(Bracket) -> ControlFlow<()>) {
     let bernstein = bernstein(coefficients);
     let _ = search(&bernstein, 0.0, 1.0, 0, visit);
 }
 
-/// The first root in (0, 1] at which the polynomial falls from positive to negative, to the last place.
+/// The first root in (0, 1] at which the polynomial falls from positive to negative, accurate to the last place.
 pub fn first_falling<const N: usize>(coefficients: &[f64; N]) -> Option<f64> {
-    // Usually there is none: the constant exceeds the sum of all negative coefficients.
+    // Usually there is none, because the constant exceeds the sum of all negative coefficients.
     let mut least = coefficients[0];
     for c in &coefficients[1..] {
         if *c < 0.0 {
@@ -53,7 +53,7 @@ pub fn first_falling<const N: usize>(coefficients: &[f64; N]) -> Option<f64> {
     found.map(|bracket| refine(coefficients, bracket))
 }
 
-/// The root in a bracket, by Newton's method with bisection, to about the last place.
+/// The root in a bracket, from Newton's method with bisection, accurate to about the last place.
 pub fn refine(coefficients: &[f64], bracket: Bracket) -> f64 {
     let Bracket {
         mut low,
@@ -61,7 +61,7 @@ pub fn refine(coefficients: &[f64], bracket: Bracket) -> f64 {
         falling,
     } = bracket;
     let mut x = (low + high) * 0.5;
-    // More rounds than digits of any number in use; Newton's method takes five.
+    // More rounds than any number type has digits. Newton's method takes five.
     for _ in 0..1000 {
         let (value, rate) = taylor::value_and_rate(coefficients, x);
         if value == 0.0 {
@@ -124,7 +124,7 @@ fn search<const N: usize>(
         });
     }
     let middle = (low + high) * 0.5;
-    // de Casteljau: the left half is at the beginning of the triangle, the right half at its end.
+    // De Casteljau's algorithm: the left half is at the beginning of the triangle, the right half at its end.
     let (mut left, mut right) = (*b, *b);
     for (round, coefficient) in left.iter_mut().enumerate().skip(1) {
         for j in 0..N - round {

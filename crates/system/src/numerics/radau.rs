@@ -1,16 +1,16 @@
 //! Steps of Radau IIA for a small system with quadratures.
 //!
-//! The stages come from a simplified Newton iteration in the eigenbasis of A: one real and (S - 1)/2 complex systems of
-//! the dimension of the problem. Within a step the solution is the collocation polynomial of degree S, stored as the
-//! Legendre coefficients of its derivative. Their decay estimates the error of the polynomial, to order S: a cautious
-//! estimate for the end of the step, whose order is 2S - 1 for problems that are not stiff. The polynomial also
-//! predicts the next stages.
+//! The stages come from a simplified Newton iteration in the eigenbasis of A, which takes one real and (S - 1)/2
+//! complex systems of the problem's dimension. Within a step the solution is the collocation polynomial of degree S,
+//! stored as the Legendre coefficients of its derivative. The decay of these coefficients estimates the error of the
+//! polynomial, to order S. For the end of the step this estimate is cautious, because its order is 2S - 1 for
+//! problems that are not stiff. The polynomial also predicts the next stages.
 
 use super::radau_tableau::{RadauTableau, legendre_integrals, xi};
 use nalgebra::{Complex, ComplexField, DMatrix, DMatrixViewMut, SVector};
 use std::sync::Arc;
 
-/// y' = f(t, y), where f depends on the first components only; the others are quadratures.
+/// A problem y' = f(t, y), where f depends on the first components only. The others are quadratures.
 pub trait StiffProblem {
     /// f(t, y).
     fn rhs(&self, t: f64, y: &[f64], rates: &mut [f64]);
@@ -24,7 +24,7 @@ const NEWTON_SHARE: f64 = 1e-2;
 
 const NEWTON_ITERATIONS: usize = 12;
 
-/// A solved step.
+/// A solved step, with its collocation polynomial.
 #[derive(Debug, Clone)]
 pub struct Step<const S: usize> {
     /// Start of the step, in the problem's unit of time.
@@ -47,12 +47,12 @@ impl<const S: usize> Step<S> {
         }
     }
 
-    /// The solution at `t`, within the step or slightly beyond.
+    /// The solution at `t`, within the step or slightly beyond it.
     pub fn at(&self, t: f64, y: &mut [f64]) {
         self.at_share((t - self.start) / self.length, y);
     }
 
-    /// The solution at a share of the length, 0 to 1.
+    /// The solution at a share of the step, 0 to 1.
     pub fn at_share(&self, share: f64, y: &mut [f64]) {
         let integrals = legendre_integrals::<S>(share);
         for (y, (start, coefficients)) in y.iter_mut().zip(self.y.iter().zip(&self.coefficients)) {
@@ -60,7 +60,7 @@ impl<const S: usize> Step<S> {
         }
     }
 
-    /// Copies `other`, which has as many components.
+    /// Copies `other`, which must have the same number of components.
     pub fn copy_from(&mut self, other: &Step<S>) {
         (self.start, self.length) = (other.start, other.length);
         self.y.copy_from_slice(&other.y);
@@ -71,16 +71,16 @@ impl<const S: usize> Step<S> {
 /// Result of an attempted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Attempt {
-    /// The stages are found.
+    /// The stages were found.
     Solved {
-        /// Estimated error over tolerance.
+        /// Estimated error divided by the tolerance.
         error: f64,
     },
     /// Newton's method diverges, is too slow, or meets values that are not finite.
     NotConverged,
 }
 
-/// Work since the start.
+/// Counters of the work since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Work {
     /// Evaluations of f.
@@ -99,7 +99,6 @@ pub struct Radau<const S: usize> {
     tableau: Arc<RadauTableau<S>>,
     z: Vec<SVector<f64, S>>,
     f: Vec<SVector<f64, S>>,
-    /// Residual of the stages, for each component on which f depends.
     residual: Vec<SVector<f64, S>>,
     jacobian: DMatrix<f64>,
     real: DMatrix<f64>,
@@ -117,7 +116,7 @@ pub struct Radau<const S: usize> {
 }
 
 impl<const S: usize> Radau<S> {
-    /// The method for a problem of `dimension` components, of which the first `dynamic` determine the rates.
+    /// The method for a problem with `dimension` components, of which the first `dynamic` determine the rates.
     pub fn new(tableau: Arc<RadauTableau<S>>, dynamic: usize, dimension: usize) -> Self {
         let square = DMatrix::zeros(dynamic, dynamic);
         Radau {
@@ -143,7 +142,7 @@ impl<const S: usize> Radau<S> {
         self.tableau.c[i]
     }
 
-    /// The solution at stage `i` (from 0) of the last step; the last stage is its end.
+    /// The solution at stage `i` (from 0) of the last step. The last stage is the end of the step.
     pub fn stage(&self, i: usize, y: &mut [f64]) {
         for (y, (start, z)) in y.iter_mut().zip(self.step.y.iter().zip(&self.z)) {
             *y = start + z[i];
@@ -153,8 +152,8 @@ impl<const S: usize> Radau<S> {
     /// Order of the error estimate in the step length.
     pub const ESTIMATE_ORDER: i32 = S as i32 + 1;
 
-    /// Tries a step of `length` from `y` at `t`. `weights` is the error tolerance of each component. With `predict` the
-    /// stages start from the last step's polynomial, otherwise from `y`.
+    /// Attempts a step of `length` from `y` at `t`. `weights` are the error tolerances of the components. With
+    /// `predict` the stages start from the polynomial of the last step, otherwise from `y`.
     pub fn attempt(
         &mut self,
         problem: &impl StiffProblem,
@@ -185,7 +184,8 @@ impl<const S: usize> Radau<S> {
             self.work.convergence_failures += 1;
             return Attempt::NotConverged;
         }
-        // The quadratures, with the same coefficients. f belongs to the second last iterate, so it is evaluated again.
+        // The quadratures use the same coefficients. f still belongs to the second last iterate, so that it is
+        // evaluated again.
         self.evaluate(problem, t, y, length);
         for (z, f) in self.z.iter_mut().zip(&self.f).skip(self.residual.len()) {
             *z = tableau.a * f * length;
@@ -269,7 +269,7 @@ impl<const S: usize> Radau<S> {
                 return false;
             }
             let rate = size / last;
-            // The first change has no rate yet; below a hundredth of the required accuracy it needs none.
+            // The first change has no rate yet. Below a hundredth of the required accuracy it needs none.
             if size <= NEWTON_SHARE * NEWTON_SHARE
                 || (round > 0 && rate < 1.0 && size * rate / (1.0 - rate) <= NEWTON_SHARE)
             {
@@ -284,7 +284,7 @@ impl<const S: usize> Radau<S> {
         false
     }
 
-    /// The first missing coefficient of the polynomial, estimated from the decay of the others.
+    /// The first missing coefficient of the polynomial, extrapolated from the decay of the others.
     fn error(&self, weights: &[f64]) -> f64 {
         let size = |n: usize| {
             let coefficients = self.step.coefficients.iter().zip(weights);
@@ -308,7 +308,7 @@ fn shift<T: ComplexField<RealField = f64>>(matrix: &mut DMatrix<T>, jacobian: &D
     }
 }
 
-/// Inverts a matrix in place, by elimination with row exchanges in `places`; false if it is singular.
+/// Inverts a matrix in place by elimination, with row exchanges in `places`. Returns false if the matrix is singular.
 pub fn invert<T: ComplexField<RealField = f64> + Copy>(matrix: &mut DMatrix<T>, places: &mut [usize]) -> bool {
     let n = matrix.nrows();
     for (c, exchanged) in places.iter_mut().enumerate() {

@@ -1,30 +1,30 @@
-//! The coefficients of Radau IIA with S stages, S odd: order 2S - 1, L-stable, stiffly accurate.
+//! Coefficients of Radau IIA with S stages, S odd. The method has order 2S - 1, and is L-stable and stiffly accurate.
 //!
-//! The coefficients follow from the roots of the Radau polynomial, in the basis of Legendre polynomials, which is well
-//! conditioned (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8). With W_ik = P_k(c_i),
-//! P_k orthonormal on [0, 1], the quadrature weights are b_i = 1 / sum_k W_ik^2, W^-1 = W^T diag(b), and A = W X W^-1
-//! with a tridiagonal X.
+//! The coefficients follow from the roots of the Radau polynomial. They are computed in the basis of Legendre
+//! polynomials, which is well conditioned (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5 and
+//! IV.8). With W_ik = P_k(c_i), P_k orthonormal on [0, 1], the quadrature weights are b_i = 1 / sum_k W_ik^2, W^-1 =
+//! W^T diag(b), and A = W X W^-1 with a tridiagonal X.
 
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
 
 /// Radau IIA with S stages.
 #[derive(Debug, Clone)]
 pub struct RadauTableau<const S: usize> {
-    /// Nodes, increasing; the last is 1.
+    /// Nodes, increasing. The last one is 1.
     pub c: SVector<f64, S>,
     /// Weights.
     pub b: SVector<f64, S>,
-    /// Coefficients; the last row is `b`.
+    /// Coefficients. The last row is `b`.
     pub a: SMatrix<f64, S, S>,
     /// The real eigenvalue of A.
     pub real: Eigenvalue<f64, S>,
-    /// One of each pair of complex eigenvalues, (S - 1)/2 of them.
+    /// One eigenvalue of each complex pair, (S - 1)/2 in total.
     pub complex: Vec<Eigenvalue<Complex<f64>, S>>,
-    /// From increments of the stages to Legendre coefficients of the derivative times the step: X^-1 W^-1.
+    /// X^-1 W^-1: maps increments of the stages to Legendre coefficients of the derivative times the step.
     pub to_legendre: SMatrix<f64, S, S>,
 }
 
-/// An eigenvalue of A with its part of the transformation: A = sum over all eigenvalues of right lambda left.
+/// An eigenvalue of A with its part of the transformation: A is the sum of right lambda left over all eigenvalues.
 #[derive(Debug, Clone)]
 pub struct Eigenvalue<F, const S: usize> {
     /// Eigenvalue of A^-1.
@@ -68,7 +68,7 @@ pub(crate) fn xi(k: usize) -> f64 {
 }
 
 impl<const S: usize> RadauTableau<S> {
-    /// Computes the coefficients; S is odd and at least 3.
+    /// Computes the coefficients. S must be odd and at least 3.
     pub fn new() -> Self {
         const { assert!(S % 2 == 1 && S >= 3, "an even number of stages has no real eigenvalue") };
         let c = nodes::<S>();
@@ -98,7 +98,7 @@ impl<const S: usize> RadauTableau<S> {
         let matrix = DMatrix::from_fn(S, S, |i, j| {
             Complex::new(f64::from(u8::from(i == j)), 0.0) - z * self.a[(i, j)]
         });
-        // The stages of y' = lambda y are (1 - z A)^-1 1, and the last is the result.
+        // The stages of y' = lambda y are (1 - z A)^-1 1, and the last one is the result.
         matrix
             .lu()
             .solve(&one)
@@ -112,8 +112,8 @@ impl<const S: usize> Default for RadauTableau<S> {
     }
 }
 
-/// Zeros of P_(S-1)(z) - P_S(z), plain Legendre polynomials, mapped to (0, 1]: Newton's method with known zeros divided
-/// out, then without.
+/// Zeros of P_(S-1)(z) - P_S(z), plain Legendre polynomials, mapped to (0, 1]. Newton's method first runs with the
+/// known zeros divided out, then without.
 fn nodes<const S: usize>() -> SVector<f64, S> {
     // Value and derivative of (P_(S-1) - P_S) / (1 - z), by differentiated recurrences.
     let radau = |z: f64| {
@@ -128,7 +128,7 @@ fn nodes<const S: usize>() -> SVector<f64, S> {
     };
     let mut found = Vec::with_capacity(S);
     for j in 0..S - 1 {
-        // A start between the neighbouring zeros; it only matters that each search finds a new zero.
+        // The start lies between neighbouring zeros. It only matters that each search finds a new zero.
         let mut z = -(std::f64::consts::PI * (j as f64 + 0.75) / S as f64).cos();
         for round in 0..100 {
             let (value, slope) = radau(z);
@@ -146,7 +146,7 @@ fn nodes<const S: usize>() -> SVector<f64, S> {
     SVector::from_fn(|i, _| found.get(i).map_or(1.0, |z| (1.0 + z) / 2.0))
 }
 
-/// X: integration of the polynomials, with the last element of Radau IIA.
+/// X: integrates the Legendre polynomials, with the last element of Radau IIA.
 fn integration<const S: usize>() -> SMatrix<f64, S, S> {
     let mut x = SMatrix::zeros();
     x[(0, 0)] = 0.5;
@@ -158,7 +158,8 @@ fn integration<const S: usize>() -> SMatrix<f64, S, S> {
     x
 }
 
-/// Eigenvalues of X by the QR algorithm, refined by Newton's method on the last row of the eigenvector's recurrence.
+/// Eigenvalues of X, from the QR algorithm. Newton's method on the last row of the eigenvector's recurrence refines
+/// them.
 #[allow(clippy::type_complexity)]
 fn eigenvalues<const S: usize>(
     x: &SMatrix<f64, S, S>,
@@ -166,7 +167,8 @@ fn eigenvalues<const S: usize>(
     w_inverse: &SMatrix<f64, S, S>,
 ) -> (Eigenvalue<f64, S>, Vec<Eigenvalue<Complex<f64>, S>>) {
     let number = |v: f64| Complex::new(v, 0.0);
-    // (X - lambda) v = 0 with v_0 = 1, and its derivative by lambda; the last element is the residual of the last row.
+    // (X - lambda) v = 0 with v_0 = 1, and its derivative with respect to lambda. The last element is the residual of
+    // the last row.
     let vector = |lambda: Complex<f64>| {
         let (mut v, mut dv) = (vec![number(1.0)], vec![number(0.0)]);
         for k in 0..S {

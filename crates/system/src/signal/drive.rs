@@ -1,7 +1,7 @@
 //! The signals of a train: a constant, a profile, a harmonic, or a sum.
 //!
-//! Between its corners ([`Drive::corners`]) a drive is linear plus harmonics: its Taylor series and antiderivative have
-//! closed forms.
+//! Between its corners ([`Drive::corners`]) a drive is linear plus harmonics, so that its Taylor series and
+//! antiderivative have closed forms.
 
 use std::convert::Infallible;
 
@@ -22,8 +22,9 @@ pub enum Drive<T = f64> {
     Sum(Vec<Drive<T>>),
 }
 
-/// mean + amplitude sin(omega t + phase), or the cosine. With `from` (inclusive) or `to`, the harmonic part acts within
-/// these times only; outside the signal is the mean. t is the time of the run, not since `from`.
+/// The signal mean + amplitude sin(omega t + phase), or the same with the cosine. With `from` (inclusive) or `to`,
+/// the harmonic part acts between these times only; outside, the signal is the mean. t is the time of the run, not
+/// the time since `from`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave<T = f64> {
     /// Sine or cosine.
@@ -61,8 +62,8 @@ pub enum Frequency<T = f64> {
 }
 
 impl<T> Drive<T> {
-    /// Converts each number by `number`, from its path and value. The path is relative to the signal's key: empty for a
-    /// value, `amplitude`, `time.3`, `signals.0.value`.
+    /// Converts each number with `number`, which gets the number's path and value. The path is relative to the
+    /// signal's key: empty for a value, or such as `amplitude`, `time.3`, `signals.0.value`.
     ///
     /// # Errors
     /// The first error of `number`.
@@ -94,7 +95,7 @@ impl<T> Drive<T> {
     }
 }
 
-/// Key of the terms of a sum.
+/// Key for the terms of a sum.
 pub const SIGNALS: &str = "signals";
 
 impl<T> Wave<T> {
@@ -116,7 +117,7 @@ impl<T> Wave<T> {
 }
 
 impl Drive {
-    /// Bound of its magnitude at all times t >= 0.
+    /// Bound of the signal's magnitude at all times t >= 0.
     pub fn largest(&self) -> f64 {
         match self {
             Drive::Value(value) => value.abs(),
@@ -150,7 +151,8 @@ impl Wave {
         }
     }
 
-    /// Sine or cosine at `t` (s), and its derivative by the argument. The product of frequency and time is not rounded.
+    /// Sine or cosine at `t` (s), and its derivative with respect to the argument. The product of frequency and time
+    /// is not rounded.
     fn shape_and_slope<T: Number>(&self, t: f64) -> (T, T) {
         let (sine, cosine) = match self.frequency {
             Frequency::Cycles(frequency) => {
@@ -176,19 +178,17 @@ impl Wave {
         }
     }
 
-    /// The harmonic part at `t` (s), without `from` and `to`.
     fn value(&self, t: f64) -> f64 {
         self.amplitude * self.shape_and_slope::<f64>(t).0
     }
 
-    /// Integral of the harmonic part over the `tau` (s) after `from` (s), without regard to `from` and `to` of the
-    /// wave.
+    /// Integral of the harmonic part from `from` (s) to `from` + `tau` (s), as if the wave acted at all times.
     fn integral(&self, from: f64, tau: f64) -> f64 {
         let omega = self.angular_frequency();
         let (shape, slope) = self.shape_and_slope::<f64>(from);
         let half = omega * tau / 2.0;
         if half.abs() < 1.0 {
-            // From the middle, since the antiderivatives at both ends hardly differ.
+            // Starts from the middle, because the antiderivatives at both ends hardly differ.
             let mean = if half == 0.0 { 1.0 } else { half.sin() / half };
             return self.amplitude * tau * mean * (shape * half.cos() + slope * half.sin());
         }
@@ -200,10 +200,10 @@ impl Wave {
     }
 }
 
-/// Several drives as functions of the time t >= 0, over common stretches on which all are smooth. A drive is addressed
-/// by its index in the list.
+/// Several drives as functions of the time t >= 0, over common stretches on which all of them are smooth. A drive is
+/// identified by its index in the list.
 ///
-/// Values continue smoothly beyond both ends of a stretch: a solver may evaluate slightly outside.
+/// Values continue smoothly beyond both ends of a stretch, because a solver may evaluate slightly outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     corners: Vec<f64>,
@@ -221,7 +221,6 @@ struct DriveLine {
     start: f64,
     value: f64,
     slope: f64,
-    /// Integral from t = 0 to the start.
     before: f64,
 }
 
@@ -258,7 +257,7 @@ fn parts(drive: &Drive, linear: &mut Vec<Pieces>, waves: &mut Vec<Wave>) {
 }
 
 impl Timeline {
-    /// A timeline of valid drives: increasing times, and as many values.
+    /// A timeline of valid drives. Their tables have increasing times and as many values.
     pub fn new(drives: &[&Drive]) -> Timeline {
         let mut split = Vec::with_capacity(drives.len());
         let mut corners = Vec::new();
@@ -284,13 +283,13 @@ impl Timeline {
         }
     }
 
-    /// Times t > 0 (s, increasing) at which any drive has a corner or jumps: end of a ramp, points of a table, start
+    /// Times t > 0 (s, increasing) at which any drive has a corner or a jump: end of a ramp, points of a table, start
     /// and end of a harmonic.
     pub fn corners(&self) -> &[f64] {
         &self.corners
     }
 
-    /// The stretch around `t` (s): the number of corners up to and including `t`.
+    /// The stretch that contains `t` (s): the number of corners up to and including `t`.
     #[inline]
     pub fn stretch(&self, t: f64) -> usize {
         self.corners.partition_point(|&corner| corner <= t)
@@ -323,7 +322,7 @@ impl Timeline {
         self.tracks[drive].lines[stretch].at(t) + self.harmonics(drive, stretch, |wave| wave.value(t))
     }
 
-    /// Its slope at `t` (s), per second.
+    /// The slope of a drive at `t` (s), per second.
     pub fn slope(&self, drive: usize, stretch: usize, t: f64) -> f64 {
         let harmonics = self.harmonics(drive, stretch, |wave| {
             wave.amplitude * wave.angular_frequency() * wave.shape_and_slope::<f64>(t).1
@@ -336,7 +335,7 @@ impl Timeline {
         self.tracks[drive].lines[stretch].slope == 0.0 && self.waves(drive, stretch).all(|wave| wave.amplitude == 0.0)
     }
 
-    /// Its integral from 0 to `t` (s), by antiderivatives.
+    /// The integral of a drive from 0 to `t` (s), from antiderivatives.
     pub fn integral(&self, drive: usize, t: f64) -> f64 {
         let track = &self.tracks[drive];
         let harmonics = track.waves.iter().map(|wave| {
@@ -350,14 +349,14 @@ impl Timeline {
         track.lines[self.stretch(t)].integral(t) + harmonics.sum::<f64>()
     }
 
-    /// Its integral over the `tau` (s) after `from` (s), with the stretch continued.
+    /// The integral of a drive from `from` (s) to `from` + `tau` (s), with its stretch continued.
     pub fn integral_from(&self, drive: usize, stretch: usize, from: f64, tau: f64) -> f64 {
         let harmonics = self.harmonics(drive, stretch, |wave| wave.integral(from, tau));
         self.tracks[drive].lines[stretch].integral_from(from, tau) + harmonics
     }
 
-    /// Fills `out` with the Taylor coefficients of a drive about `t` (s), by powers of tau/`unit` (s). For enclosures,
-    /// the numbers of lines and harmonics are the doubles stored here.
+    /// Fills `out` with the Taylor coefficients of a drive about `t` (s), by powers of tau/`unit` (s). For
+    /// enclosures, the parameters of lines and harmonics are the doubles stored here.
     pub fn series<T: Number>(&self, drive: usize, stretch: usize, t: f64, unit: f64, out: &mut [T]) {
         let line = &self.tracks[drive].lines[stretch];
         let [now, start, value, slope, unit] = [t, line.start, line.value, line.slope, unit].map(T::of);
@@ -370,7 +369,7 @@ impl Timeline {
         }
         for wave in self.waves(drive, stretch) {
             let (shape, slope) = wave.shape_and_slope::<T>(t);
-            // The derivatives by the argument repeat with a period of four.
+            // The derivatives with respect to the argument repeat with a period of four.
             let turning = [shape, slope, -shape, -slope];
             let rate = wave.rate::<T>() * unit;
             let mut size = T::of(wave.amplitude);
@@ -386,8 +385,8 @@ impl Timeline {
         self.tracks[drive].lines[stretch].at(t)
     }
 
-    /// Sum of the amplitudes of a drive's harmonics in a stretch, each times its angular frequency to the power
-    /// `order`: a bound of their derivative of that order.
+    /// Sum over a drive's harmonics in a stretch of the amplitude times the angular frequency to the power `order`.
+    /// It bounds the derivative of that order.
     pub fn amplitude(&self, drive: usize, stretch: usize, order: i32) -> f64 {
         self.harmonics(drive, stretch, |wave| {
             (wave.amplitude * wave.angular_frequency().powi(order)).abs()
@@ -407,7 +406,7 @@ impl Timeline {
         (from.min(to) - swing, from.max(to) + swing)
     }
 
-    /// Largest angular frequency (rad/s) of a harmonic of any drive in a stretch; 0 without one.
+    /// Largest angular frequency (rad/s) of any drive's harmonics in a stretch; 0 if there are none.
     pub fn fastest(&self, stretch: usize) -> f64 {
         let acting = (0..self.tracks.len()).flat_map(|drive| self.waves(drive, stretch));
         let frequencies = acting.filter(|wave| wave.amplitude != 0.0);
@@ -416,7 +415,7 @@ impl Timeline {
     }
 }
 
-/// Sums linear signals on the stretches between `corners`, which include all of theirs.
+/// Sums linear signals over the stretches between `corners`, which include all corners of the signals.
 fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<DriveLine> {
     let mut found: Vec<DriveLine> = Vec::with_capacity(corners.len() + 1);
     for start in std::iter::once(0.0).chain(corners.iter().copied()) {

@@ -11,22 +11,22 @@ pub use pieces::{Piece, Pieces};
 pub use ramp::Ramp;
 pub use table::Table;
 
-/// Interface of a profile.
+/// Interface of all profiles.
 pub trait Profile {
-    /// Its name in a case.
+    /// Name of the profile in a case.
     const NAME: &'static str;
 
-    /// A profile with unset numbers: NaN, and empty lists.
+    /// Returns a profile whose numbers are NaN and whose lists are empty.
     fn blank() -> Self;
 
-    /// Each linear stretch from t = 0 on. The last never ends.
+    /// Returns each linear stretch from t = 0 on. The last one never ends.
     fn stretches(&self) -> Vec<Piece>;
 }
 
-/// Declares the profiles: each name is a variant of [`Signal`].
+/// Declares the profiles. Each name is a variant of [`Signal`].
 macro_rules! profiles {
     ($($(#[$about:meta])* $profile:ident)+) => {
-        /// A function of time by one of the profiles. `T` is the number type: doubles or exact numbers.
+        /// A function of time with one of the profiles. `T` is the number type: doubles or exact numbers.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Signal<T = f64> {
             $($(#[$about])* $profile($profile<T>),)+
@@ -39,7 +39,7 @@ macro_rules! profiles {
         })+
 
         impl<T> Signal<T> {
-            /// Converts each number by `number`, from its field's name, its index in a list, and its value.
+            /// Converts each number with `number`, which gets its field's name, its index in a list, and its value.
             ///
             /// # Errors
             /// The first error of `number`.
@@ -64,7 +64,7 @@ macro_rules! profiles {
                 }
             }
 
-            /// The profile of this name, with unset numbers.
+            /// The profile with this name, with unset numbers.
             pub fn blank(name: &str) -> Option<Signal> {
                 $(if name == <$profile>::NAME {
                     return Some(Signal::$profile(Profile::blank()));
@@ -72,7 +72,7 @@ macro_rules! profiles {
                 None
             }
 
-            /// Its linear stretches.
+            /// The signal's linear stretches.
             pub fn pieces(&self) -> Pieces {
                 Pieces(match self {
                     $(Signal::$profile(profile) => profile.stretches(),)+
@@ -83,9 +83,9 @@ macro_rules! profiles {
 }
 
 profiles! {
-    /// A linear rise from zero, or a step at t = 0, to a value that then holds.
+    /// A linear rise from zero, or a step at t = 0, to a value that is then held.
     Ramp
-    /// Linear between points; two points of one time are a step.
+    /// Linear interpolation between points. Two points at the same time are a step.
     Table
 }
 
@@ -100,7 +100,7 @@ impl<T: Clone> Signal<T> {
 }
 
 impl<T> Signal<T> {
-    /// The ramp, if it is one: for data without other profiles.
+    /// The ramp; `None` for other profiles. It serves data that have no other profile.
     pub fn as_ramp(&self) -> Option<&Ramp<T>> {
         match self {
             Signal::Ramp(ramp) => Some(ramp),

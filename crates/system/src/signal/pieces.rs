@@ -1,14 +1,13 @@
-//! A signal as linear stretches.
+//! A signal as a sequence of linear stretches.
 
-/// A sum that is zero up to the rounding of its terms counts as zero.
+/// A sum that is zero up to the rounding of its terms, relative to their size, counts as zero.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// The sum of two terms; zero if it is zero up to rounding.
 pub(super) fn without_rounding(a: f64, b: f64) -> f64 {
     sum_without_rounding([a, b].into_iter())
 }
 
-/// A sum; zero if it is zero up to the rounding of its terms.
+/// The sum of the terms; zero if it is zero up to their rounding.
 pub(super) fn sum_without_rounding(terms: impl Iterator<Item = f64>) -> f64 {
     let (sum, size) = terms.fold((0.0, 0.0), |(sum, size): (f64, f64), term| {
         (sum + term, size + term.abs())
@@ -53,7 +52,8 @@ impl Piece {
         self.value + self.slope * tau
     }
 
-    /// The value at `t` (s), from the nearer end: beside an end it has the sign that the end's value and the slope give.
+    /// The value at `t` (s), computed from the nearer end. Next to an end it has the sign that the end's value and
+    /// the slope give.
     pub fn beside_ends(&self, t: f64) -> f64 {
         let (since, left) = (t - self.start, self.end - t);
         if since <= left {
@@ -63,7 +63,7 @@ impl Piece {
         }
     }
 
-    /// The integral over the first `tau` s.
+    /// The integral from the start to `tau` (s) after it.
     pub fn integral(&self, tau: f64) -> f64 {
         self.value * tau + self.slope * tau * tau / 2.0
     }
@@ -79,7 +79,7 @@ impl Pieces {
         &self.0
     }
 
-    /// Index of the stretch around `t` (s); at a corner the later one.
+    /// Index of the stretch that contains `t` (s); at a corner the later one.
     #[inline]
     pub fn index(&self, t: f64) -> usize {
         self.0.partition_point(|piece| piece.start <= t).saturating_sub(1)
@@ -117,7 +117,7 @@ impl Pieces {
         self.0.iter().map(|piece| piece.end).filter(|end| end.is_finite())
     }
 
-    /// The shortest stretch with a slope, s; infinite for a constant signal.
+    /// Duration of the shortest stretch with a slope, s; infinite for a constant signal.
     pub fn shortest_change(&self) -> f64 {
         let changing = self.0.iter().filter(|piece| piece.slope != 0.0);
         changing

@@ -2,7 +2,7 @@
 
 use super::{Piece, Profile};
 
-/// value t / rise_time up to `rise_time`, then `value`. `rise_time = 0` is a step at t = 0.
+/// The signal value t / rise_time up to `rise_time`, then `value`. With `rise_time = 0` it is a step at t = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ramp<T = f64> {
     /// Value at the end of the rise, in the unit of the driven quantity.

@@ -1,10 +1,10 @@
-//! Linear between points.
+//! Linear interpolation between points.
 
 use super::pieces::without_rounding;
 use super::{Piece, Profile};
 
-/// Points (time, value), with linear interpolation; constant before and after them. Two points of one time are a step: the
-/// second value holds from that time on.
+/// Points (time, value), with linear interpolation; constant before the first and after the last. Two points at the
+/// same time are a step: the second value holds from that time on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table<T = f64> {
     /// Times, s, in order; at most two are equal.

@@ -10,25 +10,26 @@ use stickslip_system::record::{Event, EventDigest};
 /// Growth of a perturbation along smooth sliding without a kick, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
-    /// Loss of stability of steady sliding (zero of the margin on the run's relative velocity), s.
+    /// Loss of stability of steady sliding: zero of the margin at the run's relative velocity, s.
     pub instability: f64,
-    /// End of smooth sliding in a stick, s; the run's end without one.
+    /// End of smooth sliding in a stick, s; without a stick, the end of the run.
     pub smooth_end: f64,
     /// G: integral of max(0, Re lambda) from the instability to `smooth_end`, the largest possible gain.
     pub exponent: f64,
     /// The same integral up to the run's first stick.
     pub to_first_stick: f64,
-    /// Integral of Re lambda from the kick to the run's first stick: gain, or loss in stable sliding. The kick with the
-    /// largest effect at the first stick counts; `None` without an effective kick.
+    /// Integral of Re lambda from the kick to the run's first stick: a gain, or a loss in stable sliding. The kick
+    /// with the largest effect at the first stick counts; `None` without an effective kick.
     pub from_kick: Option<f64>,
-    /// ln(effect of that kick / effect of rounding) at the first stick: size, decay in stable sliding and growth,
-    /// against the rounding of the relative velocity at the instability and its growth. Negative: the kick has decayed
-    /// below rounding.
+    /// ln(effect of that kick / effect of rounding) at the first stick. The kick's effect includes its size, its decay
+    /// in stable sliding and its growth; rounding is that of the relative velocity at the instability, with its
+    /// growth. Negative: the kick has decayed below rounding.
     pub above_noise: Option<f64>,
 }
 
-/// Growth to the first stick, in e-folds, from which rounding determines the run. ln(2^53) = 36.7 raise a double's
-/// rounding to the sliding speed; a perturbation that needs 25 starts 1e5 times above it: five digits are left.
+/// Growth to the first stick, in e-folds, from which rounding determines the run. ln(2^53) = 36.7 e-folds raise a
+/// double's rounding to the sliding speed. A perturbation that needs 25 starts 1e5 times above rounding, so five
+/// digits are left.
 const NOISE_E_FOLDS: f64 = 25.0;
 
 impl Growth {
@@ -36,8 +37,7 @@ impl Growth {
         self.to_first_stick > NOISE_E_FOLDS
     }
 
-    /// Growth in a run, from its events; `None` if sliding does not slow down by itself, or keeps its stability until
-    /// the first stick.
+    /// Growth in a run, from its events; `None` if sliding does not slow down by itself, or is stable to the first stick.
     ///
     /// lambda is the least damped fast mode of the slip: the eigenvalue of its Jacobian with the largest real part,
     /// without the slow root of the free train.
@@ -57,7 +57,7 @@ impl Growth {
             .fold(unstable.time, f64::min);
         let sliding = Slowing::new(trains)?;
         let path = sliding.path(unstable.before.relative_velocity.signum());
-        // Both ways from the instability, where sliding is smooth.
+        // Sliding is smooth on both sides of the instability.
         let start = path.point(unstable.time, &unstable.before);
         let speed = unstable.before.relative_velocity.abs();
         let mut rates = path.rates_before(start, speed, earliest);
@@ -73,7 +73,6 @@ impl Growth {
             }
         };
         let noise = (f64::EPSILON * unstable.before.relative_velocity.abs()).ln() + to_first_stick;
-        // The kick with the largest effect at the first stick counts.
         let strongest = kicks()
             .map(|kick| {
                 let size = (kick.after.relative_velocity - kick.before.relative_velocity).abs();
@@ -93,8 +92,8 @@ impl Growth {
     }
 }
 
-/// [`Growth::exponent`] without a run, for smooth sliding from t = 0 that loses its stability under constant force, at
-/// the speed of zero margin. 0 if stability is kept until `end` (s); `None` if the force still changes then.
+/// [`Growth::exponent`] without a run: for smooth sliding from t = 0 that loses stability under constant force, at the
+/// speed of zero margin. 0 if sliding stays stable until `end` (s); `None` if the force still changes at the loss.
 pub fn foreseen_exponent(trains: &System, end: f64) -> Option<f64> {
     let sliding = Slowing::new(trains)?;
     let Slowing { system, excitation, .. } = &sliding;
@@ -124,7 +123,7 @@ pub fn foreseen_exponent(trains: &System, end: f64) -> Option<f64> {
     Some(integrate(&rates, lost, f64::INFINITY, |rate| rate.max(0.0)))
 }
 
-/// Share of the time to the loss of stability by which it may come earlier than predicted.
+/// Fraction of the time to the loss of stability by which the loss may come earlier than predicted.
 const EARLIER: f64 = 0.02;
 
 /// Trapezoidal integral of f(rate) between two times, within the range of the rates.
@@ -140,6 +139,6 @@ fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -
             let rate = |t: f64| rate_a + (rate_b - rate_a) * (t - a) / (b - a);
             0.5 * (f(rate(start)) + f(rate(end))) * (end - start)
         })
-        // The `sum` of nothing is -0, which prints its sign.
+        // `sum` of nothing is -0, which would print its sign.
         .fold(0.0, |sum, part| sum + part)
 }

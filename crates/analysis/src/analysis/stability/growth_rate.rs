@@ -4,8 +4,8 @@ use nalgebra::Complex;
 use stickslip_system::model::equations::{Side, SystemEquations};
 use stickslip_system::model::stability::fast_modes;
 
-/// Largest real part of the fast eigenvalues of a slip whose friction adds `contact_damping` = r F_n mu' (N m s/rad),
-/// 1/s; for two equal disks from the characteristic polynomial, if a start value is known.
+/// Largest real part of the fast eigenvalues of a slip, 1/s. Friction adds `contact_damping` = r F_n mu' (N m s/rad).
+/// For two equal disks it comes from the characteristic polynomial, if a start value is known.
 pub fn fast_growth_rate(system: &SystemEquations, contact_damping: f64) -> f64 {
     let by_polynomial = Disks::of(system).and_then(|disks| disks.relative_root(contact_damping));
     by_polynomial.unwrap_or_else(|| {
@@ -14,7 +14,7 @@ pub fn fast_growth_rate(system: &SystemEquations, contact_damping: f64) -> f64 {
     })
 }
 
-/// Share of c_t that friction must remove to make the relative mode the less damped; rotor: order J/I.
+/// Fraction of c_t that friction must remove to make the relative mode the less damped; rotor: order J/I.
 const APART: f64 = 0.1;
 
 /// Newton iterations; six are usual.
@@ -58,11 +58,10 @@ impl Disks {
         })
     }
 
-    /// Real part of the relative mode's fast root, 1/s; `None` if another may be larger, or Newton's method diverges.
-    /// With h = -r F_n mu' a root satisfies
-    /// J lambda D_u D_v = h ((lambda^2 + (k_t + c_t lambda)/I) D_v + lambda^2 D_u), where
-    /// D_v = lambda^2 + (k_t + c_t lambda)/J and D_u = D_v + (k_t + c_t lambda)/I. With the rotor at rest the roots are
-    /// those of J lambda^2 + (c_t - 2 h) lambda + k_t.
+    /// Real part of the relative mode's fast root, 1/s; `None` if another root may be larger, or if Newton's method
+    /// diverges. With h = -r F_n mu' a root satisfies J lambda D_u D_v = h ((lambda^2 + (k_t + c_t lambda)/I) D_v +
+    /// lambda^2 D_u), where D_v = lambda^2 + (k_t + c_t lambda)/J and D_u = D_v + (k_t + c_t lambda)/I. With the rotor
+    /// at rest the roots are those of J lambda^2 + (c_t - 2 h) lambda + k_t.
     pub fn relative_root(&self, contact_damping: f64) -> Option<f64> {
         let Disks {
             rotor_inertia: i,
@@ -81,7 +80,7 @@ impl Disks {
         let split = mean * mean - omega * omega;
         let mut root = match split {
             s if s < 0.0 => Complex::new(mean, (-s).sqrt()),
-            // Two real roots: without growth the slower one decides, and the other mode's may be slower still.
+            // Two real roots: without growth the slower root decides, and the other mode may have a still slower one.
             s if mean > 0.0 => Complex::new(mean + s.sqrt(), 0.0),
             _ => return None,
         };

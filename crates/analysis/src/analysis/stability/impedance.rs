@@ -1,14 +1,14 @@
 //! Mechanical impedance of two trains at their contact, and the negative contact damping that they tolerate.
 //!
-//! With T = kappa omega_r about steady sliding (kappa = r F_n dmu/dx for a law of friction) the motion exp(s t) exists
+//! With T = kappa omega_r about steady sliding (kappa = r F_n dmu/dx for a friction law) the motion exp(s t) exists
 //! where Z(s) + kappa = 0, 1/Z = 1/Z_rotor + 1/Z_stator. The impedance of a train follows from its far end inwards:
 //!
 //! ```text
 //! Z_i = s J_i + d_i + (outer side of inertia i),   outer side = shaft and Z_(i+1) in series,   shaft = c + k/s.
 //! ```
 //!
-//! Stability changes at s = i omega: at the zeros of Im Z(i omega), for kappa = -Re Z there. No matrix is involved, so
-//! for one grounded inertia the result is its damping to the last digit. As kappa falls through -Re Z, a pair of
+//! Stability changes at s = i omega: at the zeros of Im Z(i omega), where kappa = -Re Z. No matrix is involved, so for
+//! one grounded inertia the result is its damping to the last digit. As kappa falls through -Re Z, a pair of
 //! eigenvalues moves right if Im Z rises with omega, and left if it falls. Without contact the trains are passive: for
 //! kappa >= 0 nothing grows.
 
@@ -16,10 +16,10 @@ use nalgebra::Complex;
 use serde::Serialize;
 use stickslip_system::model::equations::Side;
 
-/// Zeros are sought from the smallest natural frequency divided by this factor to the largest multiplied by it.
+/// Zeros are sought from the smallest natural frequency divided by this factor to the largest one multiplied by it.
 const BEYOND: f64 = 1e4;
 const POINTS: usize = 1200;
-/// Around each natural frequency w points lie at w (1 +- 10^(-k/4)), for k up to this.
+/// Around each natural frequency w, points lie at w (1 +- 10^(-k/4)), with k up to this number.
 const NEAR: i32 = 40;
 const ROUNDING: f64 = 1e-14;
 
@@ -59,7 +59,7 @@ fn in_series(a: Complex<f64>, b: Complex<f64>) -> Complex<f64> {
     a * b / (a + b)
 }
 
-/// Impedance of one train at its surface; `None` for a prescribed surface.
+/// `None` for a prescribed surface.
 fn of_train(side: &Side, omega: f64) -> Option<Complex<f64>> {
     let shaft = |i: usize| Complex::new(side.damping[i], -side.stiffness[i] / omega);
     let inertia = |i: usize| Complex::new(side.viscous[i], omega * side.inertia[i]);
@@ -95,7 +95,7 @@ fn steady(rotor: &Side, stator: &Side) -> Option<f64> {
 
 impl ImpedanceCrossings {
     /// Crossings near and beyond the natural frequencies (rad/s). `creeps`: whether a steady difference of the surface
-    /// speeds counts as growing, at omega = 0. In a train without drive that motion is the sliding itself.
+    /// speeds counts as growing, at omega = 0. In a train without drive, that motion is the sliding itself.
     pub(super) fn new(rotor: &Side, stator: &Side, natural: &[f64], creeps: bool) -> ImpedanceCrossings {
         let moving = || natural.iter().copied().filter(|&w| w > 0.0 && w.is_finite());
         let (least, most) = (moving().fold(f64::INFINITY, f64::min), moving().fold(0.0, f64::max));
@@ -141,7 +141,7 @@ impl ImpedanceCrossings {
                     above = at;
                 }
             }
-            // At an undamped resonance the reactance jumps, and no resistance is left to cross.
+            // At an undamped resonance the reactance jumps; no resistance is left to cross.
             let nearest = if below.1.abs() <= above.1.abs() { below } else { above };
             if nearest.1.abs() <= size {
                 found.push(ImpedanceCrossing {

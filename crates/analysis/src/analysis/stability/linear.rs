@@ -9,12 +9,12 @@ use stickslip_system::model::equations::{Driving, Engagement, Outside, Side, Sys
 use stickslip_system::model::{Axial, Mode};
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
-/// Share of the largest eigenvalue below which eigenvalues and real parts are rounding.
+/// Fraction of the largest eigenvalue below which eigenvalues and real parts are rounding.
 pub(super) const ROUNDING: f64 = 1e-12;
-/// Share of an eigenvalue below which its imaginary part comes from two rounded equal real roots.
+/// Fraction of an eigenvalue below which its imaginary part comes from two equal real roots, rounded.
 const DOUBLE: f64 = 1e-7;
 
-/// Steady sliding at omega_r = `w` under F_n, with deflected bristles and all else at rest.
+/// Steady sliding at omega_r = `w` under F_n: bristles are deflected, everything else is at rest.
 pub(super) fn state(system: &SystemEquations, w: f64, force: f64) -> (Outside, Vec<f64>) {
     let mut y = vec![0.0; system.dimension];
     let mut outside = Outside {
@@ -39,7 +39,7 @@ pub(super) fn jacobian(system: &SystemEquations, mode: Mode, sense: f64, outside
     let w = system.relative_velocity(outside, y);
     let piece = system.piece_of(w);
     system.jacobian(mode, sense, piece, outside, y, &mut whole.as_view_mut());
-    // Bristles stand still without contact.
+    // Bristles do not move without contact.
     let rows = match (system.engagement, mode) {
         (Engagement::Bristles(.., at), Mode::Separated) => at,
         _ => system.mechanical(),
@@ -60,7 +60,7 @@ pub(super) fn columns(system: &SystemEquations) -> (DVector<f64>, DVector<f64>) 
     (b, g)
 }
 
-/// Weight of each state, 1/s: the shaft's frequency for a twist, else 1.
+/// Weight of each state, 1/s: the shaft's frequency for a twist, otherwise 1.
 fn weights(system: &SystemEquations) -> Vec<f64> {
     let mut weights = vec![1.0; system.mechanical()];
     for side in [&system.rotor, &system.stator] {
@@ -78,7 +78,7 @@ fn weights(system: &SystemEquations) -> Vec<f64> {
     weights
 }
 
-/// The matrix in scaled states: equal eigenvalues, less rounding.
+/// The matrix in scaled states: the same eigenvalues with less rounding.
 pub(super) fn scaled(system: &SystemEquations, matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let weights = weights(system);
     DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
@@ -101,7 +101,7 @@ pub(super) fn stuck(system: &SystemEquations) -> DMatrix<f64> {
         };
         held.push(DVector::from_fn(n, |k, _| offset(k)));
     }
-    // The rest of an orthonormal basis that begins with the held directions.
+    // Completes an orthonormal basis that begins with the held directions.
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let count = held.len();
     let unit = |k: usize| DVector::from_fn(n, |i, _| f64::from(u8::from(i == k)));
@@ -259,7 +259,7 @@ struct LinearBody {
     index: usize,
     inertia: f64,
     velocity: Complex<f64>,
-    /// File column of the angle or, without one, of the speed.
+    /// File column of the angle, or of the speed if there is no angle.
     coordinate: String,
 }
 
@@ -302,14 +302,14 @@ fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joi
     all.reverse();
     all.extend(of_side("stator", &system.stator));
     if let (true, Some(surface)) = (joined, surface) {
-        // Equal by the mode, despite rounded sums.
+        // The mode makes them equal; their sums were rounded.
         let surfaces = all.iter_mut().filter(|body| body.is_surface());
         surfaces.for_each(|body| body.velocity = surface);
     }
     all
 }
 
-/// Largest motion: an inertia, one surface, or both together or against each other.
+/// Name of the largest motion: an inertia, one surface, or both together or against each other.
 fn name(bodies: &[LinearBody], joined: bool) -> String {
     let outer = bodies.iter().filter(|body| !body.is_surface());
     let outer = outer.reduce(|best, body| {
@@ -324,7 +324,7 @@ fn name(bodies: &[LinearBody], joined: bool) -> String {
     let of = |body: Option<&LinearBody>| body.map_or(Complex::from(0.0), |body| body.velocity);
     let (phi2, phi1) = (of(rotor), of(stator));
     let most = phi2.norm().max(phi1.norm());
-    // The rotor carries its own surface along: in that mode the rotor is the largest part.
+    // The rotor carries its own surface along. In that mode the rotor is the largest part.
     let share = if joined { 1.0 } else { 0.9 };
     if let Some(outer) = outer.filter(|outer| outer.velocity.norm() > share * most) {
         return match outer.count {
@@ -351,13 +351,12 @@ fn mover(bodies: &[LinearBody]) -> Option<String> {
     };
     let energies = of_side("rotor").chain(of_side("stator"));
     let energies = energies.map(|body| (body.inertia * body.velocity.norm_sqr(), body));
-    // The first of equal energies, to rounding.
+    // The first of equal energies, up to rounding.
     let most = energies.reduce(|best, next| if next.0 > best.0 * (1.0 + 1e-9) { next } else { best });
     most.filter(|(energy, _)| *energy > 0.0)
         .map(|(_, body)| format!("{} {}", body.side, body.index))
 }
 
-/// Changes of stability. `creeps`: see [`ImpedanceCrossings::new`].
 pub(super) fn crossings(system: &SystemEquations, creeps: bool) -> ImpedanceCrossings {
     let rest = Outside::default();
     let y = vec![0.0; system.dimension];

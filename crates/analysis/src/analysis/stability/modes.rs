@@ -1,5 +1,5 @@
-//! Results of `stickslip modes`: linear modes of a case and, for sliding that slows down by itself, damping over speed,
-//! loss of stability, and cause of the onset of stick-slip.
+//! Results of `stickslip modes`: linear modes of a case. For sliding that slows down by itself, also damping over
+//! speed, loss of stability, and cause of the onset of stick-slip.
 
 use super::Growth;
 use super::SystemModes;
@@ -21,13 +21,13 @@ use stickslip_system::record::State;
 
 const CURVE: usize = 201;
 
-/// Step of the search, as a share of the time in which the margin changes by its own size.
+/// Step of the search, as a fraction of the time in which the margin changes by its own size.
 const SEARCH_STEP: f64 = 0.02;
 
-/// Steps of the search each way, over the time in which the margin changes by its own size.
+/// Steps in each direction, over the time in which the margin changes by its own size.
 const SEARCH_STEPS: usize = 50;
 
-/// Bisections of the bracket: from a fiftieth of a time scale to the rounding of the time.
+/// Bisections of the bracket, from a fiftieth of a time scale to the rounding of the time.
 const HALVINGS: usize = 60;
 
 /// Zero of the largest real part of the slip's fast eigenvalues, along smooth (kick-free) sliding.
@@ -207,7 +207,7 @@ impl SlowingModes {
     }
 }
 
-/// Damping from standstill to nearly constant friction; for constant friction, over the speeds of the run.
+/// Damping from standstill to nearly constant friction; if friction is constant, over the speeds of the run.
 fn damping_curve(
     system: &SystemEquations,
     angular_frequency: f64,
@@ -221,7 +221,7 @@ fn damping_curve(
         None if scale.is_finite() => scale,
         None => initial.max(1.0),
     };
-    // Two surfaces that swing against each other; their reduced inertia is J/2 if they are equal.
+    // Two surfaces swing against each other; their reduced inertia is J/2 if they are equal.
     let [one, other] = [&system.rotor, &system.stator].map(|side| side.surface_inertia().recip());
     let aperiodic = 4.0 * angular_frequency / (one + other);
     let at = |x: f64| {
@@ -243,7 +243,7 @@ fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) ->
         .control(|progress| go_on_unless(progress.mode == Mode::Stick))
         .start();
     match result {
-        // Smooth sliding is examined to the end of the case, not only to the stop of this run.
+        // Smooth sliding is examined to the end of the case, beyond the stop of this run.
         Ok(mut report) => {
             report.end = end_time;
             (report, None)
@@ -298,8 +298,8 @@ fn stability(law: &FrictionLaw, critical: Option<f64>, lost: bool) -> Stability 
     }
 }
 
-/// Crossing near the margin's zero at `time`, within the time scale of the margin. The margin assumes a rotor at rest;
-/// its motion shifts the eigenvalues' crossing by 0.1 ms in the paper's case.
+/// Crossing near the margin's zero at `time`, within the time scale of the margin. The margin assumes a rotor at rest.
+/// The rotor's motion shifts the eigenvalues' crossing by 0.1 ms in the paper's case.
 fn eigenvalue_crossing(sliding: &Slowing, time: f64, at: &State) -> Option<StabilityCrossing> {
     let path = sliding.path(at.relative_velocity.signum());
     let start = path.point(time, at);

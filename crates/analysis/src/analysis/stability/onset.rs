@@ -9,7 +9,7 @@ use stickslip_system::model::KickTime;
 use stickslip_system::model::system::{Kick, KickSide, System};
 use stickslip_system::record::{Event, EventKind, Recorder, RecorderError};
 
-/// Methods. The first follows sliding without a kick to its exact stop.
+/// The first method follows sliding without a kick to its exact stop.
 pub const METHODS: [Method; 5] = [
     Method::Series,
     Method::Arkode,
@@ -20,7 +20,7 @@ pub const METHODS: [Method; 5] = [
 
 pub(crate) const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
 
-/// Kick for a case without one, rad/s: far above rounding, and far below the speeds of stick-slip.
+/// Kick for a case without one, rad/s: far above rounding and far below the speeds of stick-slip.
 pub(crate) const KICK: f64 = 1e-4;
 
 /// First stick of one run.
@@ -36,9 +36,9 @@ pub struct Onset {
     pub first_stick: Option<f64>,
 }
 
-/// First stick of sliding that slows down by itself, by every method and tolerance up to `end_time` (s): without a
-/// kick, and with the system's kicks or, without them, a kick of `KICK` at the instability. Runs use all processors and
-/// end at the first stick. `stop` is polled; `None` if it returns `true`.
+/// First stick of sliding that slows down by itself, for every method and tolerance, up to `end_time` (s). Runs are
+/// made without a kick, and with the system's kicks; without such kicks, one of `KICK` at the instability. They use
+/// all processors and end at the first stick. `stop` is polled; the result is `None` if it returns `true`.
 pub fn onsets(
     trains: &System,
     solver: &SolverOptions,
@@ -71,7 +71,7 @@ pub fn onsets(
         };
         let first = FirstStick::default();
         let mut recorder = &first;
-        // A failure after the first stick does not matter; before it, there is no stick.
+        // A failure after the first stick does not matter. Before it, there is no stick.
         let _ = Run::of_system(trains, 0.0, &solver, &output)
             .record(&mut recorder)
             .stop(|| stop() || first.0.get().is_some())

@@ -13,13 +13,13 @@ use stickslip_system::numerics::eigenvalues::eigenvalues;
 
 const DECADES: i32 = 9;
 const POINTS: i32 = 80;
-/// Range of the search in normal force and damping, as a factor of the case's own values either way.
+/// Range of the search in normal force and damping: the case's own value divided and multiplied by this factor.
 const MULTIPLES: f64 = 1e3;
 
 pub(super) struct Base {
-    /// Speed V of a prescribed train, or M/D under torque M and bearings D; `None` for a free train.
+    /// Speed V of a prescribed train, or M/D under torque M with bearings D; `None` for a free train.
     pub(super) speed: Option<f64>,
-    /// 1/D for a train on bearings, else 0, rad/(N m s).
+    /// 1/D for a train on bearings, otherwise 0, rad/(N m s).
     yielding: f64,
     torque: f64,
 }
@@ -40,18 +40,18 @@ impl Base {
     }
 }
 
-/// Condition for steady sliding of sense s at x = |omega_r|. T is the torque of friction at x.
+/// Condition for steady sliding of sense s at x = |omega_r|, with friction torque T at x.
 #[derive(Clone, Copy)]
 pub(super) enum Balance {
     /// x + yielding T = speed.
     Speed { speed: f64, yielding: f64 },
     /// T = torque.
     Torque(f64),
-    /// Nothing holds the trains.
+    /// No point of steady sliding.
     Never,
 }
 
-/// Trains in sliding at a given speed.
+/// Trains that slide at a given speed.
 pub struct Sliding<'a> {
     trains: &'a System,
     pub(super) system: SystemEquations,
@@ -89,14 +89,14 @@ impl<'a> Sliding<'a> {
         }
     }
 
-    /// Interface torque of steady sliding at `x` > 0, over r F_n.
+    /// Interface torque of steady sliding at `x` > 0, divided by r F_n.
     fn coefficient(&self, x: f64) -> f64 {
         let (outside, y) = state(&self.system, x, 1.0 / self.system.radius);
         let piece = self.system.piece_of(x);
         self.system.interface_torque(self.mode(1.0), 1.0, piece, &outside, &y)
     }
 
-    /// Contact damping at `x` over r F_n, s/rad. Not for bristles: their damping depends on the frequency.
+    /// Contact damping at `x` divided by r F_n, s/rad. Not for bristles: their damping depends on the frequency.
     fn slope(&self, x: f64) -> f64 {
         let (system, law) = (&self.system, self.system.law_in(self.system.piece_of(x)));
         let (outside, y) = state(system, x, 1.0 / system.radius);
@@ -137,7 +137,7 @@ impl<'a> Sliding<'a> {
         let mut found = eigenvalues(&scaled(system, &matrix));
         found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
-        // Sliding that slows down by itself is no disturbance.
+        // Sliding that slows down by itself is not a disturbance.
         let disturbances = found.len() - usize::from(slowing(self.trains).is_ok());
         let moving = found[..disturbances].iter().filter(|l| l.norm() > rounding);
         let most = moving.map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
@@ -148,7 +148,6 @@ impl<'a> Sliding<'a> {
         }
     }
 
-    /// Frequency of the neutral motion at a change of stability, Hz.
     fn frequency(&self, system: &SystemEquations, crossings: &ImpedanceCrossings, x: f64, force: f64) -> Option<f64> {
         let omega = if self.has_bristles() {
             let (outside, y) = state(system, x, force);
@@ -164,7 +163,7 @@ impl<'a> Sliding<'a> {
         omega.filter(|&omega| omega > 0.0).map(|omega| omega / TAU)
     }
 
-    /// Rising grid of relative velocities: equal ratios, equal steps, knots, and speeds that meet a resistance.
+    /// Rising relative velocities: equal ratios, equal steps, knots, and speeds that match a resistance.
     fn grid(&self, to: f64, force: f64) -> Vec<f64> {
         let count = DECADES * POINTS;
         let mut grid: Vec<f64> = (0..=count)
@@ -193,7 +192,7 @@ impl<'a> Sliding<'a> {
         all.filter(|x| x.is_finite() && *x > 0.0).collect()
     }
 
-    /// Upper limit of the search in relative velocity: beyond the scales of the law, its smoothing, and the case.
+    /// Upper limit of the relative velocities: beyond the scales of the law, of its smoothing, and of the case.
     fn reach(&self, force: f64, sliding: f64) -> f64 {
         let law = &self.system.law;
         let smoothing = match self.system.engagement {
@@ -210,7 +209,7 @@ impl<'a> Sliding<'a> {
         let known = known.into_iter().chain(zeros).filter(|x| x.is_finite());
         let most = known.fold(0.0, f64::max);
         let most = if most > 0.0 { most } else { 1.0 };
-        // A law that ends does not include its last speed.
+        // A law of finite range does not include its last speed.
         most.min(law.ends_at() * (1.0 - f64::EPSILON))
     }
 }
@@ -238,7 +237,7 @@ impl Sliding<'_> {
                 return Some(speed).filter(|&x| x > 0.0 && x < ends).into_iter().collect();
             }
             Balance::Speed { speed, yielding } => {
-                // Friction only reduces speed.
+                // Friction can only reduce the speed.
                 (speed, Box::new(move |x| x + yielding * torque(x) - speed))
             }
             Balance::Torque(held) => (self.reach(force, start), Box::new(move |x| torque(x) - held)),
@@ -292,7 +291,7 @@ impl Sliding<'_> {
         search((0.0, to), found, |x| (x, frequency(x)))
     }
 
-    /// Search along the branches of steady sliding, whose speed depends on the force; else at the speed `x`.
+    /// Follows the branches of steady sliding, whose speed depends on the force; otherwise searches at the speed `x`.
     pub(super) fn critical_forces(&self, force: f64, x: f64, balance: Balance) -> ChangeSearch {
         let range = (force / MULTIPLES, force * MULTIPLES);
         let of_speed = |x: f64| {
@@ -320,7 +319,7 @@ impl Sliding<'_> {
         for change in &mut search.changes {
             let x = change.value;
             change.value = of_speed(x);
-            // If the speed falls with rising force, above in speed is below in force.
+            // If the speed falls with rising force, "above" in speed is "below" in force.
             let rising = of_speed(x * (1.0 + 1e-6)) > of_speed(x * (1.0 - 1e-6));
             change.unstable_above = change.unstable_above == rising;
         }
@@ -348,7 +347,7 @@ impl Sliding<'_> {
 /// Changes of stability (value, unstable above), or the verdict for the whole range.
 type SlidingChanges = (Vec<(f64, bool)>, Option<SlidingVerdict>);
 
-/// Result of a search in a range. `at` returns relative velocity and frequency of the neutral motion at a change.
+/// `at` returns relative velocity and frequency of the neutral motion at a change.
 fn search(
     (from, to): (f64, f64),
     (found, throughout): SlidingChanges,
@@ -371,7 +370,7 @@ fn search(
     }
 }
 
-/// Bisection to the last digit: `holds` changes its value between `below` and `above`.
+/// Bisection to the last digit between `below` and `above`, where `holds` has different values.
 fn turn(mut below: f64, mut above: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let first = holds(below);
     loop {
@@ -395,7 +394,7 @@ fn changes(grid: &[f64], verdict: impl Fn(f64) -> SlidingVerdict) -> SlidingChan
     let found = pairs.map(|(a, b)| (turn(a.0, b.0, is_unstable), b.1.is_unstable()));
     let found: Vec<(f64, bool)> = found.collect();
     let throughout = match (found.is_empty(), known.first()) {
-        // A mixture of stable and neutral points is neutral.
+        // A mixture of stable and neutral points counts as neutral.
         (true, Some(first)) if known.iter().all(|(_, verdict)| *verdict == first.1) => Some(first.1),
         (true, Some(first)) if !first.1.is_unstable() => Some(SlidingVerdict::Neutral),
         _ => None,

@@ -1,5 +1,5 @@
-//! Smooth (kick-free) sliding that slows down by itself: motion on the slow manifold, with the momentum of the free
-//! train as its only variable. Where it is unstable, no solver of the full equations stays on it.
+//! Smooth (kick-free) sliding that slows down by itself: motion on the slow manifold. The only variable is the
+//! momentum of the free train. If the motion is unstable, no solver of the full equations stays on the manifold.
 
 use super::growth_rate::fast_growth_rate;
 use stickslip_engine::simulation::Excitation;
@@ -12,10 +12,10 @@ use stickslip_system::model::system::System;
 use stickslip_system::numerics::taylor;
 use stickslip_system::record::State;
 
-/// (time, s; momentum of the free train, N m s). Friction of forward slip reduces the momentum.
+/// Time (s) and momentum of the free train (N m s). Friction of forward slip reduces the momentum.
 pub(crate) type SlidingPoint = (f64, f64);
 
-/// Taylor coefficients and rounds for a point of a path: exact to 1e-8 of the twists if friction changes over 12 ms.
+/// Taylor coefficients and rounds for a point of a path: exact to 1e-8 of the twists if friction changes within 12 ms.
 const PATH_ORDER: usize = 6;
 const PATH_ROUNDS: usize = 3;
 
@@ -28,20 +28,20 @@ const STEPS: f64 = 300.0;
 /// Length of a path, in stopping times under the first friction torque.
 const FARTHEST: f64 = 10.0;
 
-/// Step back, as a share of the relative velocity, and of the change that alters friction by a factor of e.
+/// Step back, as a fraction of the relative velocity, and of the change that alters friction by a factor of e.
 const BACK_SHARE: (f64, f64) = (0.01, 0.02);
 
-/// Change of the contact force in one step, as a share of the largest force.
+/// Change of the contact force in one step, as a fraction of the largest force.
 const FORCE_SHARE: f64 = 0.05;
 
-/// After this many steps (an undamped contact rings for seconds), longer steps reach the end.
+/// After this many steps, longer steps reach the end: an undamped contact rings for seconds.
 const MOST_STEPS: usize = 20_000;
 
-/// Terms of the path's series, under a force that does not ring, and most rounds of the slow manifold.
+/// Terms of the path's series under a force that does not ring, and largest number of rounds of the slow manifold.
 const TERMS: usize = 14;
 const STEP_ROUNDS: usize = 12;
 
-/// Error of a series step, as a share of the initial speed.
+/// Error of a series step, as a fraction of the initial speed.
 const STEP_ERROR: f64 = 1e-10;
 
 /// Points on each of about twenty series steps.
@@ -50,18 +50,18 @@ const POINTS: usize = 16;
 /// Most series steps before the classical method takes over.
 const MOST_SERIES: usize = 200;
 
-/// Largest ratio of the rates of steady sliding and of the twists for a path on the slow manifold; the stop is then
+/// Largest ratio of the rates of steady sliding and of the twists for a path on the slow manifold. The stop is then
 /// exact to 1e-9 s. Beyond it the manifold's series diverges, and two orders can differ by a factor of five in G.
 const LARGEST_TIME_SCALE_RATIO: f64 = 0.04;
 
 const PIECE_STEPS: f64 = 64.0;
 
-/// Relative distance within which a speed counts as a knot: events at knots are located no better.
+/// Relative distance within which a speed counts as a knot. Events at knots are located no better.
 const AT_KNOT: f64 = 1e-9;
 
 enum PieceEnd {
     Left(SlidingPoint),
-    /// Time (s) and speed (rad/s) where steady sliding becomes too fast for the slow manifold.
+    /// Time (s) and speed (rad/s) at which steady sliding becomes too fast for the slow manifold.
     TooFast(f64, f64),
     Over,
 }
@@ -101,12 +101,10 @@ impl Slowing {
         }
     }
 
-    /// Normal force F_n, N; 0 for an open contact.
     pub fn force(&self, t: f64) -> f64 {
         self.excitation.normal_force(self.excitation.stretch(t), t).max(0.0)
     }
 
-    /// Total inertia of the free train, kg m^2.
     pub fn inertia(&self) -> f64 {
         self.braking.inertia
     }
@@ -150,7 +148,7 @@ pub(crate) struct SmoothSliding<'a> {
 }
 
 impl SmoothSliding<'_> {
-    /// Point of a state at `time` (s): from the momentum if the state has all speeds, else from the relative velocity.
+    /// Uses the momentum if the state has all speeds, otherwise the relative velocity.
     pub fn point(&self, time: f64, state: &State) -> SlidingPoint {
         let rotor = [state.theta_dot - state.rotor_twist_rate, state.theta_dot];
         let stator = [-state.phi1_dot];
@@ -169,11 +167,11 @@ impl SmoothSliding<'_> {
         )
     }
 
-    /// Point at `time` (s) with this |omega_r| (rad/s).
     pub fn point_of_speed(&self, time: f64, speed: f64) -> SlidingPoint {
         let inertia = self.of.inertia();
         let mut momentum = self.sense * inertia * speed;
-        // The twist rates contribute a share of at most J/I, which each round gains; without a slow manifold nothing.
+        // The twist rates contribute at most a fraction J/I, which each round improves; nothing without a slow
+        // manifold.
         let rounds = if self.time_scale_ratio(time, speed) > LARGEST_TIME_SCALE_RATIO {
             0
         } else {
@@ -208,7 +206,7 @@ impl SmoothSliding<'_> {
         self.sense * self.of.system.relative_velocity(&Outside::default(), y)
     }
 
-    /// Torque of friction and bearings on the free train, N m: minus the rate of its momentum.
+    /// Torque of friction and bearings on the free train, N m: the negative rate of its momentum.
     pub fn torque(&self, point: SlidingPoint) -> f64 {
         let y = self.state(point);
         let (system, free) = (&self.of.system, self.of.free());
@@ -230,7 +228,7 @@ impl SmoothSliding<'_> {
         self.rate(point.0, self.speed(point).max(0.0))
     }
 
-    /// Runge-Kutta step of order 4, either way: at a fiftieth of the time scale it errs by 1e-9 of the change.
+    /// Runge-Kutta step of order 4 in either direction. At a fiftieth of the time scale it errs by 1e-9 of the change.
     pub(crate) fn advanced(&self, (t, momentum): SlidingPoint, step: f64) -> SlidingPoint {
         let fall = |t: f64, momentum: f64| -self.torque((t, momentum));
         let k1 = fall(t, momentum);
@@ -240,7 +238,7 @@ impl SmoothSliding<'_> {
         (t + step, momentum + step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0)
     }
 
-    /// (t, Re lambda) back from `start` (excluded), with |omega_r| = `start_speed` (rad/s), to `until`; latest first.
+    /// (t, Re lambda) from `start` (excluded; |omega_r| = `start_speed`, rad/s) back to `until`, latest first.
     pub(crate) fn rates_before(&self, start: SlidingPoint, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
         let inertia = self.of.inertia();
         let mut corners = self.corners_between(start.0, until).into_iter().peekable();
@@ -284,7 +282,7 @@ impl SmoothSliding<'_> {
     }
 
     /// Adds (t, Re lambda) after `time` for a rigid free train: forward to the stop or `until`, or back to `until` or
-    /// to where steady sliding is slow against its twists. Returns the final time and speed.
+    /// to the point where steady sliding is slow against its twists. Returns the final time and speed.
     fn rigid(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
         let (inertia, back) = (self.of.inertia(), until < time);
         let way = if back { -1.0 } else { 1.0 };
@@ -317,7 +315,7 @@ impl SmoothSliding<'_> {
         (t, x)
     }
 
-    /// (t, Re lambda) from `start`, with |omega_r| = `speed` (rad/s), to the stop, or at least to `end` without one.
+    /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop; without a stop at least to `end`.
     pub(crate) fn rates_to_stop(&self, start: SlidingPoint, speed: f64, end: f64) -> Vec<(f64, f64)> {
         let first = self.rigid_slowing(start.0, speed) * self.of.inertia();
         let end = if first > 0.0 {
@@ -326,7 +324,7 @@ impl SmoothSliding<'_> {
             end
         };
         let mut rates = vec![(start.0, self.rate(start.0, speed))];
-        // A kick can briefly reverse the slip against the driving rotor: such sliding does not last.
+        // A kick can briefly reverse the slip against the driving rotor. Such sliding does not last.
         if self.sense * start.1 <= 0.0 {
             return rates;
         }
@@ -347,8 +345,9 @@ impl SmoothSliding<'_> {
     }
 
     /// Ratio of the rates of steady sliding and of the twists
-    /// ([`stickslip_system::model::stability::QuietStretch::time_scale_ratio`]). If sliding changes within less than a
-    /// swing, each round of the manifold's series grows by the squared ratio of both times, over two more rounds.
+    /// ([`stickslip_system::model::stability::QuietStretch::time_scale_ratio`]). If sliding changes within less than
+    /// one swing, each round of the manifold's series grows by the squared ratio of the two times, over two more
+    /// rounds.
     fn time_scale_ratio(&self, t: f64, x: f64) -> f64 {
         let system = &self.of.system;
         let slope = -system.radius * self.pressing(t)[0] * self.law().coefficient_and_slope(x).1;
@@ -364,8 +363,8 @@ impl SmoothSliding<'_> {
             .slowing(self.law().coefficient(x), self.pressing(t)[0], x)
     }
 
-    /// Adds (t, Re lambda) after `start` by steps under any force, to the stop or `end`. Otherwise returns the time and
-    /// speed at which steady sliding becomes too fast for its slow manifold.
+    /// Adds (t, Re lambda) after `start` by steps under any force, to the stop or `end`. Otherwise returns the time
+    /// and speed at which steady sliding becomes too fast for its slow manifold.
     fn steps_to_stop(
         &self,
         rates: &mut Vec<(f64, f64)>,
@@ -458,11 +457,11 @@ impl SmoothSliding<'_> {
     }
 
     /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), piece by piece: to the stop or time
-    /// `until`, or back to an earlier one, the latest first. With the whole law, a momentum near a knot would be
-    /// ambiguous between two pieces.
+    /// `until`, or back to an earlier `until`, latest first. With the whole law, a momentum near a knot could belong
+    /// to two pieces.
     fn by_pieces(&self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, speed: f64, until: f64) {
         let (knots, back) = (self.law().knots(), until < start.0);
-        // At a knot sliding continues on the lower piece; backward on the upper one.
+        // At a knot, sliding continues on the lower piece, or backward on the upper piece.
         let beside = if back { 1.0 + AT_KNOT } else { 1.0 - AT_KNOT };
         let mut piece = knots.partition_point(|knot| *knot < speed * beside);
         let mut point = start;
@@ -484,7 +483,7 @@ impl SmoothSliding<'_> {
         }
     }
 
-    /// Adds (t, Re lambda) from `start` to the speed `edge` (rad/s) or time `until`, either way.
+    /// Adds (t, Re lambda) from `start` to the speed `edge` (rad/s) or time `until`, in either direction.
     fn steps_on_piece(&self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, edge: f64, until: f64) -> PieceEnd {
         let back = until < start.0;
         let inside = |x: f64| if back { x < edge } else { x > edge };
@@ -536,7 +535,7 @@ impl SmoothSliding<'_> {
         let by_force = self.longest_step(point.0, x, f64::INFINITY);
         let least = least_step(taken, (target - point.0).abs());
         let slowing = self.rigid_slowing(point.0, x);
-        // NaN without friction, which sets no bound.
+        // NaN without friction: no bound.
         self.toward(point, target, (fall / slowing).min(by_force).max(least))
     }
 
@@ -549,7 +548,7 @@ impl SmoothSliding<'_> {
         }
     }
 
-    /// Longest step (s) at speed `x` (rad/s) within a change `fall` (N m s) of the momentum, and the force's share.
+    /// Longest step (s) at speed `x` (rad/s) within a change `fall` (N m s) of the momentum and [`FORCE_SHARE`].
     fn longest_step(&self, t: f64, x: f64, fall: f64) -> f64 {
         let excitation = &self.of.excitation;
         let change = FORCE_SHARE * excitation.largest_force();
@@ -570,7 +569,7 @@ impl SmoothSliding<'_> {
     }
 }
 
-/// Shortest step after `taken` others, with `left` (s) remaining.
+/// Shortest step after `taken` earlier ones, with `left` (s) remaining.
 fn least_step(taken: usize, left: f64) -> f64 {
     if taken > MOST_STEPS { left / STEPS } else { 0.0 }
 }

@@ -152,7 +152,7 @@ struct Settled<'a> {
     sliding: Sliding<'a>,
     rotor: Base,
     stator: Base,
-    /// Normal force F_n, N: the largest if sliding slows down by itself, else the final one.
+    /// Normal force F_n, N: the largest force if sliding slows down by itself, otherwise the final one.
     force: f64,
     start: f64,
     driving: Vec<Driven>,
@@ -215,7 +215,7 @@ fn pressing(trains: &System, driving: &mut Vec<Driven>) -> f64 {
             ("actuation", (last, "held in the end"), pieces.largest())
         }
     };
-    // A contact that opens at the end was pressed before.
+    // A contact that is open at the end was closed before.
     let (value, taken) = if value > 0.0 && (value == largest || slowing(trains).is_err()) {
         (value, taken)
     } else {
@@ -225,7 +225,7 @@ fn pressing(trains: &System, driving: &mut Vec<Driven>) -> f64 {
     value
 }
 
-/// Rising |omega_r| (rad/s) for the modes of a stop: zero, zeros of the stability margin, and start.
+/// Rising |omega_r| (rad/s) for the modes of a stop: zero, the zeros of the stability margin, and the initial speed.
 fn stopping_speeds(system: &SystemEquations, force: f64, start: f64) -> Vec<f64> {
     let mut speeds = critical_speeds(system, force);
     speeds.extend([0.0, start.abs()]);

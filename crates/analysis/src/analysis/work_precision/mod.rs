@@ -1,8 +1,8 @@
-//! Work-precision study: methods and tolerances on one case against a reference.
+//! Work-precision study: methods and tolerances on one case, compared with a reference.
 //!
-//! Errors are those of event times, since hybrid runs cannot be compared pointwise: first stick, final stick, and the
-//! largest over all events. The last requires the reference's sequence; the first two only need such a stick in both
-//! runs.
+//! Errors are those of event times, because hybrid runs cannot be compared pointwise: first stick, final stick, and
+//! the largest error over all events. The last one requires the reference's sequence. The first two only require such
+//! a stick in both runs.
 
 mod study;
 
@@ -113,8 +113,11 @@ pub struct StudyProgress {
     pub method: Method,
 }
 
-/// Runs a study. `control` is polled; `Break` ends the study with its results so far, or `None` without the reference.
-/// Fails without a reference; failed runs are [`Measurement`]s with a failure.
+/// Runs a study. `control` is polled. `Break` ends the study with its results so far, or with `None` if there is no
+/// reference yet. Failed runs are [`Measurement`]s with a failure.
+///
+/// # Errors
+/// There is no reference.
 pub fn run(
     study: &PrecisionStudy,
     control: &mut dyn FnMut(StudyProgress) -> ControlFlow<()>,
@@ -205,7 +208,7 @@ fn reference(
     Ok(Some(reference))
 }
 
-/// Reference from one run and the distance to another by an independent method; `None` if interrupted.
+/// Reference by one run. Its uncertainty is the distance to a run by an independent method. `None` if interrupted.
 fn by_runs(
     study: &PrecisionStudy,
     [method, check]: [Method; 2],
@@ -265,7 +268,6 @@ const LONGEST: Duration = Duration::from_secs(30);
 /// Digits of the oracle's events: more than a double has.
 const DIGITS: u32 = 18;
 
-/// Exact events; `None` if interrupted.
 fn by_oracle(
     study: &PrecisionStudy,
     exact: &ExactCase,

@@ -1,4 +1,4 @@
-//! Study file of a work-precision study: TOML, read with all problems by file, line and key.
+//! Study file of a work-precision study in TOML. Problems are reported all at once, each with file, line and key.
 
 use crate::study::{Head, StudyReader, StudySource, written};
 use serde::ser::SerializeStruct;
@@ -19,7 +19,7 @@ pub(super) const TIGHTEST: f64 = 1e-13;
 /// Methods of the reference and its check if the oracle takes too long.
 pub(super) const FALLBACK: [Method; 2] = [Method::Series, Method::Arkode];
 
-/// Most runs of a study: each keeps its case in memory and takes at least milliseconds.
+/// Largest number of runs: each keeps its case in memory and takes at least milliseconds.
 const MOST_RUNS: usize = 10_000;
 
 /// Origin of the reference.
@@ -100,7 +100,7 @@ const TOLERANCE: &str = "solver.rtol";
 const STEP: &str = "solver.fixed_step";
 
 impl PrecisionStudy {
-    /// Reads a study, or reports all problems with place, key and remedy.
+    /// Reads a study, or reports all its problems with place, key and remedy.
     pub fn parse(source: StudySource) -> Result<PrecisionStudy, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, &KEYS)?;
         let head = Head::read(&mut reader, &root, &source, Vec::new(), &[]);
@@ -125,7 +125,7 @@ impl PrecisionStudy {
         }
         let reference = match root.at("reference") {
             Some(node) => read_reference(&mut reader, &head.keys, &source, node),
-            // The oracle solves the case as written.
+            // The oracle solves the case as it is written.
             None => head.base.as_ref().filter(|_| is_valid).and_then(|base| {
                 let exact = Case::exact(base, &head.settings);
                 let exact = exact
@@ -139,7 +139,7 @@ impl PrecisionStudy {
         else {
             return Err(reader.into_error());
         };
-        // Case of a run; an invalid one is reported at a key of the study.
+        // Case of a run. An invalid case is reported at a key of the study.
         let mut run = |key: &str, method: Method, knob: Knob| -> Option<Case> {
             let mut overrides = head.settings.clone();
             overrides.push(Override::setting(
@@ -202,7 +202,7 @@ fn report_case(reader: &mut StudyReader, root: &PlacedValue, key: &str, error: &
     reader.report(root.closest(key), key, message);
 }
 
-/// Checks the common case, so that its problems are reported at its own keys.
+/// Checks the common case first, so that its problems are reported at its own keys.
 fn check_case(reader: &mut StudyReader, root: &PlacedValue, head: &Head) -> bool {
     for setting in &head.settings {
         if let (true, Some(place)) = (VARIED.contains(&setting.key()), setting.origin()) {

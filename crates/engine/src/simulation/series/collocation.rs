@@ -12,12 +12,12 @@ use stickslip_system::numerics::taylor;
 
 const NODES: usize = STAGES + 1;
 
-/// Shortest Radau step, in natural periods: below it an expansion is cheaper.
+/// Shortest Radau step, in natural periods: below this length an expansion is cheaper.
 const SHORTEST_RADAU: f64 = 0.5;
 
 pub(super) const FIRST_RADAU: f64 = 4.0;
 
-/// Largest growth from one Radau step to the next, over which the polynomial is extrapolated.
+/// Largest ratio of successive Radau steps over which the polynomial is extrapolated.
 const LARGEST_GROWTH: f64 = 4.0;
 
 struct Root {
@@ -27,7 +27,7 @@ struct Root {
 
 type CollocationCrossing = (f64, usize, [f64; NODES]);
 
-/// Matrix from values at the start and the stages to polynomial coefficients.
+/// Matrix from the values at the start and the stages to the coefficients of the polynomial.
 fn interpolation() -> &'static SMatrix<f64, NODES, NODES> {
     static INTERPOLATION: OnceLock<SMatrix<f64, NODES, NODES>> = OnceLock::new();
     INTERPOLATION.get_or_init(|| {
@@ -63,7 +63,6 @@ impl TaylorEngine {
         self.accepted = (0.0, 0.0);
     }
 
-    /// A Radau step; `None` if an expansion is cheaper.
     pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let shortest = SHORTEST_RADAU * self.period;
         self.weigh();
@@ -76,7 +75,7 @@ impl TaylorEngine {
         loop {
             let left = self.span - self.tau;
             let bound = self.next.min(self.max_step);
-            // Two equal steps are better than a long one and a remainder.
+            // Two equal steps are better than a long step and a remainder.
             let reaches = bound >= left;
             let length = if reaches {
                 left
@@ -94,7 +93,7 @@ impl TaylorEngine {
             let error = match attempt {
                 Attempt::Solved { error } if error.is_finite() => error,
                 _ => {
-                    // The prediction over a step that is too long is useless from other points as well.
+                    // The prediction over a step that is too long is useless at other points as well.
                     self.next = 0.4 * length;
                     continue;
                 }
@@ -144,8 +143,8 @@ impl TaylorEngine {
         self.dynamics.system.relative_velocity(&outside, y).abs()
     }
 
-    /// Time in which the speed, at the rate of the last Radau step, changes by half the lesser speed or by four times
-    /// the e-fold scale of the friction law's slope, whichever is more. Longer steps would be refused.
+    /// Time (s) in which the speed, at its rate in the last Radau step, changes by half the lesser speed or by four
+    /// times the e-fold scale of the friction law's slope, whichever is more. Longer steps would be rejected.
     fn time_of_change(&mut self, length: f64) -> f64 {
         let start = self.sliding_speed(self.tau, &self.y);
         self.radau.stage(STAGES - 1, &mut self.stage);
@@ -155,11 +154,11 @@ impl TaylorEngine {
         length * change / (start - end).abs()
     }
 
-    /// The guard that fires first in the last Radau step; `stage` is then the state there.
+    /// The guard that fires first in the last Radau step; afterwards `stage` is the state at its root.
     ///
-    /// Newton's method on the guard repeats the step up to each iterate, because its end is more accurate than its
-    /// middle. Within a few periods of an unstable fast mode R(z) has poles, and a shortened step may be worse than the
-    /// whole step's polynomial: if they disagree, the polynomial counts.
+    /// Newton's method on the guard repeats the step up to each iterate, because the end of a step is more accurate
+    /// than its interior. Within a few periods of an unstable fast mode R(z) has poles, and a shortened step may be
+    /// worse than the polynomial of the whole step: if they disagree, the polynomial counts.
     fn root_of_collocation(&mut self, slip: &SlipProblem<'_>) -> Option<Root> {
         self.whole.copy_from(&self.radau.step);
         let (start, length) = (self.tau, self.whole.length);
@@ -201,7 +200,7 @@ impl TaylorEngine {
         })
     }
 
-    /// A guard of a slip, with the sign that makes it fire when it falls.
+    /// A guard of a slip, with the sign with which it falls when it fires.
     fn guard_at(&self, watched: Watched, tau: f64, y: &[f64]) -> f64 {
         let (location, t) = (&self.location, self.origin + tau);
         let outside = self.dynamics.outside(location, t);

@@ -1,12 +1,12 @@
-//! The engine of `series`: Taylor series in every mode, Radau IIA over the quiet stretches of a slip.
+//! The engine of `series`: Taylor series in every mode, Radau IIA over the quiet parts of a slip.
 //!
 //! Stick, separation, and slip under constant friction are linear: their series are those of the matrix exponential and
-//! of the signals, and converge over every step. Guards are polynomials with the accuracy of the step, and their first
-//! root is isolated.
+//! of the signals, and converge over every step. Guards are polynomials with the accuracy of the step; their first root
+//! is isolated.
 //!
 //! If steps need not resolve the fast modes ([`SystemLocation::resolved`]), the expansion at the segment's start shows
-//! their amplitude: expansions follow them down to the tolerance, then Radau IIA strides over them. Guards on a Radau
-//! step are interpolated between the stages, and the step is repeated exactly to the root.
+//! the amplitude of these modes. Expansions follow the modes until they have decayed below the tolerance, then Radau IIA
+//! steps over them. Guards on a Radau step are interpolated between the stages, and the step is repeated up to the root.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -30,39 +30,38 @@ use stickslip_system::numerics::radau::{Radau, Step, Work};
 use stickslip_system::numerics::radau_tableau::RadauTableau;
 use stickslip_system::numerics::taylor;
 
-/// Stages of Radau IIA, of order 13.
+/// Radau IIA with these stages has order 13.
 pub(super) const STAGES: usize = 7;
 
-/// Share of c_t within which the stability margin counts as zero at the start of a segment. The root there was located
-/// to 1e-14 s or better.
+/// Share of c_t within which the stability margin counts as zero at the start of a segment: its root was located to
+/// 1e-14 s or better.
 const MARGIN_NOISE: f64 = 1e-9;
 
-/// Rounding of the contact force, relative to its summands. With a small c_t the margin almost vanishes with the force
+/// Rounding of the contact force, relative to its terms. With a small c_t the margin almost vanishes with the force
 /// when the contact closes.
 const FORCE_NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// Rounding of omega_r', relative to the accelerations of the torques.
 const DEPARTURE_NOISE: f64 = 1e-9;
 
-/// Deviation from the slow manifold after a Radau step, in units of the tolerance; a significant perturbation is larger
-/// by the same factor again.
+/// Deviation from the slow manifold after a Radau step, in units of the tolerance. A significant perturbation is
+/// larger by the same factor again.
 const STEP_NOISE: f64 = 1e3;
 
-/// Highest reliable coefficient of a series along the slow manifold.
 const SLOW_ORDER: usize = TERMS - 4;
 
 /// Shortest worthwhile step along the slow manifold, in natural periods.
 const SHORTEST_SLOW: f64 = 2.0;
 
-/// Coefficients for the size of a quantity that may start at zero.
+/// Number of coefficients that show the size of a quantity that may start at zero.
 const LEADING: usize = 6;
 
-/// Relative error of energies, on which nothing depends. In a slip that slows down by itself friction dominates the
-/// energies, which needs no shorter steps.
+/// Relative error of the energies, on which nothing depends. In a slip that slows down by itself, friction dominates
+/// the energies, which needs no shorter steps.
 const ENERGY_TOLERANCE: f64 = 1e-14;
 
-/// If sliding does not slow down by itself: expansions after a Radau step that would be too short. A slower mode rings
-/// then, which no expansion distinguishes from the motion.
+/// Number of expansions after a Radau step that would be too short, if sliding does not slow down by itself. A slower
+/// mode then oscillates, which no expansion distinguishes from the motion.
 const EXPANSIONS: u32 = 16;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +86,7 @@ pub struct TaylorEngine {
     /// Whether the last step followed the slow motion alone: along the slow manifold, or by Radau.
     slow: bool,
     first: bool,
-    /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
+    /// Whether the slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
     beyond: bool,
     held: Option<f64>,
     counters: Counters,
@@ -95,15 +94,15 @@ pub struct TaylorEngine {
     radau_before: Work,
     /// Natural period or, if sliding does not slow down by itself, period of the fastest mode, s.
     period: f64,
-    /// Whether the fast modes may exceed the tolerance, though they need not be resolved.
+    /// Whether the fast modes may exceed the tolerance although steps need not resolve them.
     ringing: bool,
     expansions: u32,
-    /// Next Radau step, and whether the last polynomial predicts it.
+    /// Length of the next Radau step (s), and whether the last polynomial predicts its solution.
     next: f64,
     predicted: bool,
-    /// Length and error of the last Radau step; zero before the first.
+    /// Length (s) and error of the last Radau step; zero before the first step.
     accepted: (f64, f64),
-    /// Tolerance of each component; a Radau step with a root; a state on it; the state at its end.
+    /// Tolerance of each component; a Radau step with a root; a state on this step; the state at its end.
     weights: Vec<f64>,
     whole: Step<STAGES>,
     stage: Vec<f64>,
@@ -182,8 +181,8 @@ impl TaylorEngine {
         self.counters.rhs_evaluations += 1;
     }
 
-    /// Whether an expansion oscillates above the tolerance: A cos(omega t) has the last coefficient A (omega
-    /// unit)^(TERMS - 1) / (TERMS - 1)!, far above those of slower motions.
+    /// Whether an expansion oscillates above the tolerance. A cos(omega t) has the last coefficient A (omega
+    /// unit)^(TERMS - 1) / (TERMS - 1)!, far above the coefficients of slower motions.
     fn rings(&mut self) -> bool {
         self.weigh();
         let angle = TAU * self.expansion.unit / self.period;
@@ -192,12 +191,12 @@ impl TaylorEngine {
         rates.any(|k| last * self.expansion.state[k][TERMS - 1].abs() > self.weights[k])
     }
 
-    /// A step along the slow manifold, if the slip deviates from it by no more than a step's error: the motion without
-    /// fast modes is a series of its own, even where the manifold is unstable.
+    /// A step along the slow manifold, if the slip deviates from it by no more than the error of a step. The motion
+    /// without fast modes has a series of its own, even where the manifold is unstable.
     fn slow_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let dynamics = self.dynamics.clone();
         let (system, t) = (&dynamics.system, self.origin + self.tau);
-        // Drives would be part of the manifold.
+        // With drives the slow manifold would depend on time.
         if system.twice_resistance.is_none() || !dynamics.excitation.is_silent(t) || !has_slow_manifold(system) {
             return Ok(None);
         }
@@ -248,7 +247,7 @@ impl TaylorEngine {
         for k in 0..system.mechanical() {
             take(&expansion.state[k], self.absolute[k] + self.relative * self.y[k].abs());
         }
-        // Parts of the guards may move while the state does not.
+        // Terms of a guard may move while the state does not.
         let size = |series: &Series| series[..LEADING].iter().fold(0.0f64, |most, c| most.max(c.abs()));
         match self.location.mode {
             Mode::Separated => {}
@@ -279,8 +278,8 @@ impl TaylorEngine {
         expansion.within_law(system, &self.location, longest.min(self.span - self.tau))
     }
 
-    /// Removes rounding from a stick: the surfaces share one speed, and their relative angle stays, both known without
-    /// integration.
+    /// Removes rounding from a stick: the surfaces share one speed, and their relative angle is constant. Both are
+    /// known without integration.
     fn hold(&mut self) {
         let SystemDynamics { system, excitation, .. } = &*self.dynamics;
         let outside = self.driving();
@@ -330,8 +329,8 @@ impl TaylorEngine {
         })
     }
 
-    /// Rounding of the margin (N m s/rad) and of its rate (N m/rad) at the segment's start, from the normal force and
-    /// its rate.
+    /// Rounding of the margin (N m s/rad) and of its rate (N m/rad) at the segment's start, caused by the normal force
+    /// and its rate.
     fn noise_of_margin(&self) -> (f64, f64) {
         let SystemDynamics { system, excitation, .. } = &*self.dynamics;
         let (force, unit, t) = (self.expansion.normal_force(), self.expansion.unit, self.origin);
@@ -375,7 +374,7 @@ impl TaylorEngine {
                 return None;
             }
             if self.first && guard[0].abs() <= noise {
-                // At the limit within rounding: the later motion decides.
+                // The torque is at the limit within rounding: the later motion decides.
                 guard[0] = 0.0;
             }
         } else if self.first && watched.is_margin() && self.dynamics.system.twice_resistance == Some(0.0) {
@@ -387,7 +386,8 @@ impl TaylorEngine {
             // The simple or double root at the start is divided out.
             let system = &self.dynamics.system;
             let tangential = if watched.is_margin() {
-                // With hardly any resistance the zero is the force's, which sets in tangentially at a corner.
+                // With hardly any resistance the zero is that of the normal force, which sets in tangentially at a
+                // corner.
                 let (force_noise, rate_noise) = self.noise_of_margin();
                 let resistance = system.twice_resistance.unwrap_or(0.0);
                 resistance < force_noise && guard[1].abs() < rate_noise * self.expansion.unit * x
