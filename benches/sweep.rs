@@ -8,7 +8,7 @@ use std::time::Instant;
 use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::sweep::{
-    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
+    Existing, Journal, PointOutcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
 };
 
 /// Points on both sides of the critical curve, like those of its tracing.
@@ -108,7 +108,7 @@ fn phases(study: &Study) -> [f64; 5] {
 }
 
 /// Runs the points of the study on so many threads, without writing.
-fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<Outcome>)) -> [f64; 2] {
+fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<PointOutcome>)) -> [f64; 2] {
     let points = (0..study.point_count().expect("a sample")).filter_map(|number| study.point(number));
     let clock = Clock::start();
     let stop = AtomicBool::new(false);
@@ -129,7 +129,7 @@ fn sweeping(study: &Study, workers: usize, path: &Path, resume: bool) -> [f64; 2
 }
 
 /// What it takes to put the outcomes into the journal, in the groups in which the pool handed them over, and into the file.
-fn writing(study: &Study, groups: &[Vec<Outcome>]) -> [f64; 2] {
+fn writing(study: &Study, groups: &[Vec<PointOutcome>]) -> [f64; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bench.h5");
     let clock = Clock::start();

@@ -197,7 +197,7 @@ fn signal(drive: &Drive) -> Value {
 fn linear(signal: &Signal) -> Value {
     let (time, value): (Vec<f64>, Vec<f64>) = match signal {
         Signal::Ramp(ramp) => ([0.0, ramp.rise_time].into(), [0.0, ramp.value].into()),
-        Signal::Table(table) => (table.time.clone(), table.value.clone()),
+        Signal::TimeTable(table) => (table.time.clone(), table.value.clone()),
     };
     json!({ "kind": "linear", "time": time, "value": value })
 }

@@ -13,7 +13,7 @@ use stickslip::analysis::headline::{self, HeadlineRow};
 use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::results::{
-    AttributeValue, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, Values, open_sound,
+    AttributeValue, ColumnValues, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, open_sound,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -62,7 +62,7 @@ enum Rows {
         end: Box<KeptReportEnd>,
         order: Vec<u8>,
         /// Those that have not become arrays, by group and name.
-        columns: Mutex<HashMap<(String, String), Values<'static>>>,
+        columns: Mutex<HashMap<(String, String), ColumnValues<'static>>>,
     },
     File {
         path: PathBuf,
@@ -143,10 +143,10 @@ impl Run {
             return Err(pyo3::exceptions::PyKeyError::new_err(format!("{}/{}", key.0, key.1)));
         };
         let array = match values {
-            Values::Int8(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
-            Values::Int32(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
-            Values::Int64(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
-            Values::Float64(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            ColumnValues::Int8(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            ColumnValues::Int32(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            ColumnValues::Int64(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
+            ColumnValues::Float64(values) => PyArray1::from_vec(py, values.into_owned()).into_any(),
         };
         array.getattr("flags")?.setattr("writeable", false)?;
         let Ok(mut arrays) = self.arrays.lock() else {
@@ -212,12 +212,12 @@ impl<'py> Borrowed<'py> {
         })
     }
 
-    fn view(&self) -> PyResult<Values<'_>> {
+    fn view(&self) -> PyResult<ColumnValues<'_>> {
         Ok(match self {
-            Borrowed::Int8(array) => Values::Int8(array.as_slice()?.into()),
-            Borrowed::Int32(array) => Values::Int32(array.as_slice()?.into()),
-            Borrowed::Int64(array) => Values::Int64(array.as_slice()?.into()),
-            Borrowed::Float64(array) => Values::Float64(array.as_slice()?.into()),
+            Borrowed::Int8(array) => ColumnValues::Int8(array.as_slice()?.into()),
+            Borrowed::Int32(array) => ColumnValues::Int32(array.as_slice()?.into()),
+            Borrowed::Int64(array) => ColumnValues::Int64(array.as_slice()?.into()),
+            Borrowed::Float64(array) => ColumnValues::Float64(array.as_slice()?.into()),
         })
     }
 }

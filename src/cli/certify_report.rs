@@ -4,7 +4,7 @@ use super::terminal::{self, or_none};
 use serde_json::{Value, json};
 use stickslip_analysis::analysis::Certified;
 use stickslip_analysis::analysis::advice::remedy;
-use stickslip_analysis::analysis::bands::{ChannelBand, Stretch};
+use stickslip_analysis::analysis::bands::{BandStretch, ChannelBand};
 use stickslip_analysis::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use stickslip_analysis::analysis::ladder::Rung;
 use stickslip_analysis::analysis::linearised::Slope;
@@ -395,7 +395,7 @@ pub(super) fn influence(row: &Sensitivity) -> Value {
     })
 }
 
-fn stretch(stretch: &Stretch, channels: &[ChannelBand]) -> Value {
+fn stretch(stretch: &BandStretch, channels: &[ChannelBand]) -> Value {
     let each = |numbers: &[f64]| -> serde_json::Map<String, Value> {
         let pairs = channels.iter().zip(numbers);
         pairs.map(|(channel, x)| (channel.name.clone(), json!(x))).collect()
@@ -561,7 +561,7 @@ fn bands(case: &Case, c: &Certificate, group: &mut Addition) {
     let stretches = &c.bands.stretches;
     let dimension = "index of the stretch: before the event of the same index, the last before the end of the run";
     group.dimension("stretch", stretches.len(), dimension);
-    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Stretch) -> f64| {
+    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&BandStretch) -> f64| {
         FileColumn::numbers(name, unit, long_name, stretches.iter().map(of))
     };
     let [trajectory, ..] = extended_tables(&extension(case));

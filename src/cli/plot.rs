@@ -8,7 +8,7 @@ use super::{CommandEnd, CommandError, complain, print, print_json, tell, termina
 use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::DrawnCandidate;
-use crate::plot::entry::{Entry, Subject};
+use crate::plot::entry::{CatalogueEntry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
     self, Drawing, DrawnRun, Figure, Layout, PlotError, certified, own, page, portraits, signature, studies, style,
@@ -53,7 +53,7 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd,
         return beside(options, candidate, common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
-    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>()?;
+    let mut chosen: Vec<&CatalogueEntry> = chosen.collect::<Result<_, _>>()?;
     let mut names = std::collections::HashSet::new();
     chosen.retain(|entry| names.insert(entry.name));
     let runs = options.files.iter().map(|path| DrawnRun::open(path));
@@ -351,7 +351,7 @@ fn tell_status(run: &DrawnRun) {
     ));
 }
 
-fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&Entry]) -> Result<Chosen, CommandError> {
+fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&CatalogueEntry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
         if let (Some(from), Some(to)) = (options.from, options.to)
             && from > to

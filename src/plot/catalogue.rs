@@ -1,7 +1,7 @@
 //! Figures of one or several runs, with their time windows, which follow from events, and the systems that have them.
 
 use super::certified;
-use super::entry::{Drawn, Entry, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
+use super::entry::{CatalogueEntry, Drawn, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels::in_translation;
@@ -19,7 +19,7 @@ const CRITICAL_CURVE: u32 = 25;
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
 /// All figures, in the order of the paper.
-pub const ENTRIES: &[Entry] = &[
+pub const ENTRIES: &[CatalogueEntry] = &[
     entry("friction-law", "Friction law", law::friction_law).in_paper(4),
     entry("axial-displacement", "Axial displacement", axial_displacement).in_paper(5),
     entry(
@@ -106,7 +106,7 @@ pub const ENTRIES: &[Entry] = &[
     }),
 ];
 
-fn of_runs() -> impl Iterator<Item = &'static Entry> {
+fn of_runs() -> impl Iterator<Item = &'static CatalogueEntry> {
     ENTRIES.iter().chain(portraits::ENTRIES)
 }
 
@@ -161,7 +161,7 @@ pub(crate) fn in_words_of(run: &DrawnRun, title: &str) -> String {
     }
 }
 
-impl Entry {
+impl CatalogueEntry {
     /// Makes the figure, or returns [`NoFigure`] if the run does not have it.
     pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, PlotError> {
         let run = subject.run;
@@ -184,8 +184,8 @@ impl Entry {
 }
 
 /// The figures that a run can have, including those of its certificate.
-pub fn of_run(run: &DrawnRun) -> Vec<&'static Entry> {
-    let mut found: Vec<&'static Entry> = of_runs().filter(|entry| reason(entry.name, run).is_none()).collect();
+pub fn of_run(run: &DrawnRun) -> Vec<&'static CatalogueEntry> {
+    let mut found: Vec<&'static CatalogueEntry> = of_runs().filter(|entry| reason(entry.name, run).is_none()).collect();
     if run.time_uncertainty().is_some() {
         found.extend(certified::ENTRIES);
     }
@@ -193,7 +193,7 @@ pub fn of_run(run: &DrawnRun) -> Vec<&'static Entry> {
 }
 
 /// Finds a figure by its name or its number in the paper. The error for an unknown one lists the known ones.
-pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
+pub fn find(name: &str) -> Result<&'static CatalogueEntry, PlotError> {
     if let Ok(number) = name.parse::<u32>() {
         return match ENTRIES.iter().find(|e| e.paper_figure == Some(number)) {
             Some(entry) => Ok(entry),
@@ -236,7 +236,7 @@ pub fn sampling(run: &DrawnRun, absent: &[&NoFigure]) -> Option<String> {
     (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
 }
 
-fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
+fn whole(entry: &CatalogueEntry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
     // One pass over the file serves all figures of the whole run.
     let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
     for run in subject.runs {
@@ -245,16 +245,16 @@ fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
     shown(entry, subject, panels, subject.run.times)
 }
 
-fn close_up(entry: &Entry, subject: &Subject, panels: &[&[&str]], view: View) -> Drawn {
+fn close_up(entry: &CatalogueEntry, subject: &Subject, panels: &[&[&str]], view: View) -> Drawn {
     shown(entry, subject, panels, subject.resolved(view)?)
 }
 
-fn shown(entry: &Entry, subject: &Subject, panels: &[&[&str]], window: (f64, f64)) -> Drawn {
+fn shown(entry: &CatalogueEntry, subject: &Subject, panels: &[&[&str]], window: (f64, f64)) -> Drawn {
     Ok(over_time(subject.runs, entry.name, entry.title, panels, window)?)
 }
 
 /// The window is twice as long as F(t) changes.
-fn axial_displacement(entry: &Entry, subject: &Subject) -> Drawn {
+fn axial_displacement(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let (first, last) = subject.run.times;
     let end = subject.corner.map_or(last, |corner| (2.0 * corner).min(last));
     let end = if end > first { end } else { last };
@@ -343,7 +343,7 @@ impl ExponentialFit {
     }
 }
 
-fn durations(entry: &Entry, subject: &Subject) -> Drawn {
+fn durations(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     if subject.run.cycles.is_empty() {
         return Err(NO_CYCLE.into());
     }

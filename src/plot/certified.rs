@@ -1,13 +1,13 @@
 //! Figures of a certificate: uncertainties of events, and error bands of channels.
 
-use super::entry::{Drawn, Entry, Subject, entry};
+use super::entry::{CatalogueEntry, Drawn, Subject, entry};
 use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::time_axis;
 use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
 use stickslip_files::AddedGroup;
 
 /// Figures of a certified file.
-pub const ENTRIES: &[Entry] = &[
+pub const ENTRIES: &[CatalogueEntry] = &[
     entry("event-uncertainties", "Uncertainty of the events, certified", events),
     entry("error-bands", "Error bands of the channels, certified", bands),
 ];
@@ -25,7 +25,7 @@ fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
 }
 
 /// For each event the range from rounding to its uncertainty, and the true error if the exact solution is known.
-fn events(entry: &Entry, subject: &Subject) -> Drawn {
+fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let (Some(group), Some(uncertainty)) = (run.certificate()?, run.time_uncertainty()) else {
         return Err(WITHOUT.into());
@@ -92,7 +92,7 @@ fn verdict(group: &AddedGroup) -> String {
 type CertifiedPieces = Vec<Vec<(f64, f64)>>;
 
 /// Each channel with its error band during stick-slip and, below it, the width of the band at fixed times.
-fn bands(entry: &Entry, subject: &Subject) -> Drawn {
+fn bands(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let run = subject.run;
     let Some(group) = run.certificate()? else {
         return Err(WITHOUT.into());

@@ -50,19 +50,19 @@ impl From<PlotError> for Undrawn {
 
 /// A figure in the catalogue.
 #[derive(Debug, Clone, Copy)]
-pub struct Entry {
+pub struct CatalogueEntry {
     /// File name without extension.
     pub name: &'static str,
     /// Title.
     pub title: &'static str,
     /// Number in the paper; `None` if it is not in the paper.
     pub paper_figure: Option<u32>,
-    pub(super) draw: fn(&Entry, &Subject) -> Drawn,
+    pub(super) draw: fn(&CatalogueEntry, &Subject) -> Drawn,
 }
 
-impl Entry {
-    pub(super) const fn in_paper(self, number: u32) -> Entry {
-        Entry {
+impl CatalogueEntry {
+    pub(super) const fn in_paper(self, number: u32) -> CatalogueEntry {
+        CatalogueEntry {
             paper_figure: Some(number),
             ..self
         }
@@ -73,8 +73,12 @@ impl Entry {
     }
 }
 
-pub(super) const fn entry(name: &'static str, title: &'static str, draw: fn(&Entry, &Subject) -> Drawn) -> Entry {
-    Entry {
+pub(super) const fn entry(
+    name: &'static str,
+    title: &'static str,
+    draw: fn(&CatalogueEntry, &Subject) -> Drawn,
+) -> CatalogueEntry {
+    CatalogueEntry {
         name,
         title,
         paper_figure: None,

@@ -1,6 +1,6 @@
 //! The figure of the friction law.
 
-use super::entry::{Drawn, Entry, Subject};
+use super::entry::{CatalogueEntry, Drawn, Subject};
 use super::figure::{Axis, Curve, CurveStyle, Panel, drawn};
 use super::run::DrawnRun;
 use super::style::{BLACK, VERMILLION, line_color};
@@ -39,7 +39,7 @@ fn critical_speeds(run: &DrawnRun) -> Vec<f64> {
     }
 }
 
-pub(super) fn friction_law(entry: &Entry, subject: &Subject) -> Drawn {
+pub(super) fn friction_law(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let (run, several) = (subject.run, subject.runs.len() > 1);
     let trains = &run.system;
     let extent = trains.law.extent().min(trains.law.ends_at());

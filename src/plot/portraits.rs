@@ -1,6 +1,6 @@
 //! Phase portraits in windows that follow from events.
 
-use super::entry::{Drawn, Entry, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
+use super::entry::{CatalogueEntry, Drawn, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
@@ -24,7 +24,7 @@ pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Res
 }
 
 /// A portrait of a spiral. The title of a single run says whether the spiral converges.
-fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
+fn spiral(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
     let factor = match subject.runs {
         [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
         _ => None,
@@ -37,20 +37,20 @@ fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f6
     Ok(phase(subject.runs, entry.name, &title, axes, window)?)
 }
 
-pub(super) fn after_corner(entry: &Entry, subject: &Subject, axes: (&str, &str), period: f64) -> Drawn {
+pub(super) fn after_corner(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), period: f64) -> Drawn {
     let corner = subject.last_corner()?;
     let window = (corner, corner + 6.0 * subject.axial_period);
     spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
 }
 
-pub(super) fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+pub(super) fn before_onset(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let (onset, period) = (subject.first_stick()?, subject.period);
     let window = (onset - TURNS * period, onset);
     spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
 }
 
 /// Portrait from the first stick to the last, with an orbit for each cycle instead of a spiral.
-pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+pub(super) fn during(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let (onset, end) = (subject.first_stick()?, subject.end());
     if end <= onset {
         return Err(NO_CYCLE.into());
@@ -61,7 +61,7 @@ pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Dr
 
 /// Portrait of at least two turns of the last stick, as long as the samples resolve the rotor's swing on both
 /// springs. This swing is about twenty times slower than the surfaces' own mode, and decays as slowly.
-pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+pub(super) fn final_stick(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let start = subject.final_stick.ok_or("the run does not end in a stick")?;
     let states = SystemModes::of_case(&subject.run.system).states;
     let in_stick = states.iter().filter(|state| state.state == "stick");
@@ -76,7 +76,7 @@ pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) 
 }
 
 /// Figures of a motion that does not stop.
-pub const ENTRIES: &[Entry] = &[entry(PORTRAIT, "Relative velocity over position", portrait)];
+pub const ENTRIES: &[CatalogueEntry] = &[entry(PORTRAIT, "Relative velocity over position", portrait)];
 
 /// A bounded position of a surface relative to the far end of its train. It is the stator's if the stator has shafts.
 fn position(trains: &System) -> &'static str {
@@ -94,7 +94,7 @@ fn position(trains: &System) -> &'static str {
     }
 }
 
-fn portrait(entry: &Entry, subject: &Subject) -> Drawn {
+fn portrait(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let ShownPortrait { axes, window, periodic } = shown(subject.run);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
     let mut title = if periodic { format!("{over}, last period") } else { over };

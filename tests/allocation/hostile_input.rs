@@ -18,7 +18,7 @@ use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
 use stickslip::compare::{Mapping, Reference};
 use stickslip::results::{MergeOptions, merge};
-use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
+use stickslip::sweep::{EventRow, Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// Files of each kind, unless the environment says how many.
 const FILES: u64 = 300;
@@ -477,8 +477,8 @@ fn journals() {
     const DIGEST: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.journal");
-    let outcomes: Vec<Outcome> = (0..8)
-        .map(|number| Outcome {
+    let outcomes: Vec<PointOutcome> = (0..8)
+        .map(|number| PointOutcome {
             // Found: memory was asked for by the largest number.
             number: if number == 7 { 1 << 60 } else { number },
             result: match number % 3 {

@@ -1,7 +1,7 @@
 //! The parts of a comparison: clocks, crossings, drifts, detection, resolution, words.
 
 mod attractor {
-    use stickslip::compare::Attractor;
+    use stickslip::compare::ComparedAttractor;
     use stickslip::record::EventKind;
     use stickslip::record::sequence::SequenceEvent;
 
@@ -16,9 +16,9 @@ mod attractor {
             ],
             3.0,
         );
-        let (attractor, from) = Attractor::of_events(&word, 0.0, None).unwrap();
+        let (attractor, from) = ComparedAttractor::of_events(&word, 0.0, None).unwrap();
         assert_eq!((attractor.period, attractor.sticks, from), (3.0, 1, 10.0));
-        assert!(Attractor::of_events(&word[..6], 0.0, None).is_none());
+        assert!(ComparedAttractor::of_events(&word[..6], 0.0, None).is_none());
     }
 
     fn cycles(count: u32, events: &[(f64, EventKind)], period: f64) -> Vec<SequenceEvent> {
@@ -36,7 +36,7 @@ mod attractor {
     #[test]
     fn analytic_a_motion_that_is_the_same_either_way_has_the_period_of_its_reference() {
         let word = cycles(12, &[(0.0, EventKind::Slip), (1.0, EventKind::Stick)], 3.0);
-        let (attractor, _) = Attractor::of_events(&word, 0.0, Some((&word, 6.0))).unwrap();
+        let (attractor, _) = ComparedAttractor::of_events(&word, 0.0, Some((&word, 6.0))).unwrap();
         assert_eq!((attractor.period, attractor.sticks), (6.0, 2));
         // A motion that differs between the directions has its own period.
         let slant = [
@@ -46,9 +46,9 @@ mod attractor {
             (4.0, EventKind::Stick),
         ];
         let slant = cycles(6, &slant, 6.0);
-        let (attractor, _) = Attractor::of_events(&slant, 0.0, Some((&word, 6.0))).unwrap();
+        let (attractor, _) = ComparedAttractor::of_events(&slant, 0.0, Some((&word, 6.0))).unwrap();
         assert_eq!((attractor.period, attractor.sticks), (6.0, 2));
-        let (attractor, _) = Attractor::of_events(&word, 0.0, Some((&slant, 6.0))).unwrap();
+        let (attractor, _) = ComparedAttractor::of_events(&word, 0.0, Some((&slant, 6.0))).unwrap();
         assert_eq!((attractor.period, attractor.sticks), (3.0, 1));
     }
 
@@ -60,8 +60,8 @@ mod attractor {
             // Times scattered by up to half an interval of 2 ms.
             event.time += 1e-3 * (1.7 * k as f64).sin();
         }
-        assert!(Attractor::of_events(&word, 0.0, None).is_none());
-        let (attractor, _) = Attractor::of_events(&word, 4e-3, None).unwrap();
+        assert!(ComparedAttractor::of_events(&word, 0.0, None).is_none());
+        let (attractor, _) = ComparedAttractor::of_events(&word, 4e-3, None).unwrap();
         assert!((attractor.period - 0.67).abs() < 2e-3 && attractor.sticks == 1);
     }
 }

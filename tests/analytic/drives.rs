@@ -3,14 +3,14 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proptest::prelude::*;
-use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Table, Timeline, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, TimeTable, Timeline, Wave};
 
 fn ramp(value: f64, rise_time: f64) -> Drive {
     Drive::Linear(Signal::Ramp(Ramp { value, rise_time }))
 }
 
 fn table(time: &[f64], value: &[f64]) -> Drive {
-    Drive::Linear(Signal::Table(Table {
+    Drive::Linear(Signal::TimeTable(TimeTable {
         time: time.to_vec(),
         value: value.to_vec(),
     }))

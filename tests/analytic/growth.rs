@@ -7,7 +7,7 @@ use stickslip::friction::{self, FrictionLaw, Interpolation, Law};
 use stickslip::model::system::System;
 use stickslip::model::{DiskKick, KickTime, Parameters};
 use stickslip::record::EventKind;
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::SolverOptions;
 
 fn growth(parameters: &Parameters, end: f64) -> (Growth, Summary, f64) {
@@ -120,7 +120,7 @@ fn analytic_growth_follows_the_force() {
     });
     let mut table = kicked(&truth("si-kick").parameters, 0.129);
     table.initial.speed = 10.0;
-    table.actuation = Signal::Table(Table {
+    table.actuation = Signal::TimeTable(TimeTable {
         time: vec![0.0, 0.02, 0.1, 0.2, 0.25],
         value: vec![0.0, 2225.0, 100.0, 100.0, 2225.0],
     });

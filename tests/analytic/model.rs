@@ -7,7 +7,7 @@ use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use stickslip::model::equations::{Outside, SystemEquations};
 use stickslip::model::{Axial, Mode};
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 
 const AXIAL: Axial = Axial {
     mass: 4.54,
@@ -44,7 +44,7 @@ fn tables() -> impl Strategy<Value = Signal> {
                 force.push(900.0 - f);
             }
         }
-        Signal::Table(Table { time, value: force })
+        Signal::TimeTable(TimeTable { time, value: force })
     })
 }
 

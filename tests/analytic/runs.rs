@@ -7,7 +7,7 @@ use stickslip::case::builtin;
 use stickslip::friction::{Exponential, Friction, Law};
 use stickslip::model::{DiskKick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
 fn rtol() -> f64 {
@@ -58,7 +58,7 @@ fn table_case(breakaway: f64) -> Parameters {
         }
         .into(),
     };
-    parameters.actuation = Signal::Table(Table {
+    parameters.actuation = Signal::TimeTable(TimeTable {
         time: TABLE_TIMES.to_vec(),
         value: vec![0.0, 2000.0, 2000.0, 100.0, 100.0, -100.0, -100.0, 500.0, 500.0, 15.0],
     });

@@ -2,7 +2,7 @@
 //! stated properties of any signal by its own values.
 
 use proptest::prelude::*;
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 
 #[test]
 fn analytic_a_ramp_rises_and_holds() {
@@ -48,7 +48,7 @@ fn analytic_a_ramp_without_rise_is_a_step() {
 fn analytic_a_table_goes_through_its_points() {
     let signal = |time: &[f64], value: &[f64]| {
         let (time, value) = (time.to_vec(), value.to_vec());
-        Signal::Table(Table { time, value }).pieces()
+        Signal::TimeTable(TimeTable { time, value }).pieces()
     };
     let late = signal(&[1.0, 2.0, 4.0], &[3.0, 5.0, -1.0]);
     for (time, value) in [
@@ -76,7 +76,7 @@ fn analytic_a_table_goes_through_its_points() {
 fn analytic_two_points_of_one_time_are_a_step() {
     let signal = |time: &[f64], value: &[f64]| {
         let (time, value) = (time.to_vec(), value.to_vec());
-        Signal::Table(Table { time, value }).pieces()
+        Signal::TimeTable(TimeTable { time, value }).pieces()
     };
     let pieces = signal(&[1.0, 1.0, 3.0, 3.0], &[2.0, 6.0, 4.0, -9.0]);
     for (time, value, slope, integral) in [
@@ -105,11 +105,11 @@ fn analytic_two_points_of_one_time_are_a_step() {
 fn analytic_a_value_beside_an_end_has_the_sign_of_the_table() {
     for (start, end) in [(0.05892, 0.31578), (0.1, 0.3), (0.7, 1.9)] {
         for value in [0.0, 1e-17, -1e-17] {
-            let table = Table {
+            let table = TimeTable {
                 time: vec![start, end],
                 value: vec![5359.15, value],
             };
-            let pieces = Signal::Table(table).pieces();
+            let pieces = Signal::TimeTable(table).pieces();
             let piece = pieces.all()[1];
             assert!(piece.beside_ends(end.next_down()) > 0.0);
             assert!(piece.beside_ends(end.next_up()) < 0.0);
@@ -125,7 +125,7 @@ fn property_every_profile_is_found_by_its_name() {
         assert_eq!(Signal::blank(name).unwrap().name(), *name);
     }
     assert!(Signal::blank("none").is_none());
-    let table = Signal::Table(Table {
+    let table = Signal::TimeTable(TimeTable {
         time: vec![1.0, 2.0],
         value: vec![3.0, 4.0],
     });
@@ -138,7 +138,7 @@ fn property_every_profile_is_found_by_its_name() {
         .into_iter()
         .flat_map(|name| [(name, Some(0)), (name, Some(1))]);
     assert_eq!(names, listed.collect::<Vec<_>>());
-    let expected = Signal::Table(Table {
+    let expected = Signal::TimeTable(TimeTable {
         time: vec![-1.0, -2.0],
         value: vec![-3.0, -4.0],
     });
@@ -155,7 +155,7 @@ fn tables() -> impl Strategy<Value = Signal> {
         });
         let time = times.collect();
         let value = points.iter().map(|&(_, value)| value).collect();
-        Signal::Table(Table { time, value })
+        Signal::TimeTable(TimeTable { time, value })
     })
 }
 

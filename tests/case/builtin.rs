@@ -4,7 +4,7 @@ use crate::common::cases::built_in;
 use stickslip::case::{Case, CaseSource, builtin};
 use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
-use stickslip::signal::{Signal, Table};
+use stickslip::signal::{Signal, TimeTable};
 
 fn case(name: &str) -> Case {
     built_in(name, &[])
@@ -87,7 +87,8 @@ fn published_si_parameters_are_taken_as_printed() {
 #[test]
 fn the_release_case_lets_go_completely_and_grips_again() {
     let release = case("release");
-    let Signal::Table(Table { time, value: force }) = &Parameters::of(&release.system).unwrap().actuation else {
+    let Signal::TimeTable(TimeTable { time, value: force }) = &Parameters::of(&release.system).unwrap().actuation
+    else {
         panic!("the force of the release case is a table");
     };
     assert_eq!(time.len(), force.len());

@@ -369,7 +369,7 @@ fn case_trains_turn_with_a_driven_end_exactly() {
             ramp.value
         };
         let expected = match drive {
-            Drive::Linear(Signal::Table(_)) => rpm(1) + (rpm(5) - rpm(1)) / BigRational::from_integer(3.into()),
+            Drive::Linear(Signal::TimeTable(_)) => rpm(1) + (rpm(5) - rpm(1)) / BigRational::from_integer(3.into()),
             _ => rpm(7),
         };
         assert_eq!(*speed, expected);

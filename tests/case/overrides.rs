@@ -6,7 +6,7 @@ use stickslip::case::quantity::Dimension;
 use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase, schema};
 use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
@@ -114,7 +114,7 @@ fn whole_tables_are_replaced() {
     let table = paper(&["actuation={profile=\"table\", time=[0, 1], force=[0, \"500 lbf\"]}"]);
     assert!(matches!(
         Parameters::of(&table.system).unwrap().actuation,
-        Signal::Table(Table { .. })
+        Signal::TimeTable(TimeTable { .. })
     ));
     let diameters = paper(&["contact={outer_diameter=\"6 in\", inner_diameter=\"3 in\", wear=\"uniform-wear\"}"]);
     assert!((diameters.system.radius / (2.25 * 0.0254) - 1.0).abs() < 1e-15);

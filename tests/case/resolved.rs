@@ -13,7 +13,7 @@ use stickslip::model::system::System;
 use stickslip::model::{
     Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Parameters, Torsion, nearest_double,
 };
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
 
 fn read(text: String) -> Case {
@@ -131,7 +131,7 @@ fn actuation() -> impl Strategy<Value = Signal> {
             now += step;
             now
         });
-        Signal::Table(Table {
+        Signal::TimeTable(TimeTable {
             time: time.collect(),
             value: points.iter().map(|&(_, force)| force).collect(),
         })

@@ -5,7 +5,7 @@ use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
 use crate::common::rows;
 use std::f64::consts::PI;
-use stickslip::sweep::{Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
+use stickslip::sweep::{Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// A mass on a belt with Coulomb friction that starts at rest relative to the belt. Slips and sticks have closed
 /// forms.
@@ -153,7 +153,7 @@ fn regression_a_journal_without_the_latest_quantity_is_resumed() {
     let path = folder.write("grid.toml", ENGAGEMENTS);
     let study = Study::parse(StudySource::find(path.to_str().unwrap(), STUDIES).unwrap(), &[]).unwrap();
     let mut journal = Journal::open(&folder.path("grid.journal"), &study.digest(), Existing::Refuse).unwrap();
-    let earlier = Outcome {
+    let earlier = PointOutcome {
         number: 1,
         result: Ok(vec![1.0; QUANTITIES.len() - 1]),
         events: Vec::new(),

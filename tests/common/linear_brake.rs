@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::EventKind;
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 
 type State = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;
@@ -323,7 +323,7 @@ fn force_corners(actuation: &Signal) -> Vec<(f64, f64, f64)> {
             value: force,
             rise_time,
         }) => vec![(0.0, 0.0, force / rise_time), (*rise_time, *force, 0.0)],
-        Signal::Table(Table { time, value: force }) => {
+        Signal::TimeTable(TimeTable { time, value: force }) => {
             assert_eq!(time[0], 0.0, "a table from 0 on");
             let last = time.len() - 1;
             (0..=last)

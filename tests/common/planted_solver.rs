@@ -131,7 +131,7 @@ fn linear(signal: &Signal, t: f64) -> (f64, f64) {
     match signal {
         Signal::Ramp(ramp) if t < ramp.rise_time => (ramp.value * t / ramp.rise_time, ramp.value / ramp.rise_time),
         Signal::Ramp(ramp) => (ramp.value, 0.0),
-        Signal::Table(_) => unimplemented!("no case here has a table"),
+        Signal::TimeTable(_) => unimplemented!("no case here has a table"),
     }
 }
 
@@ -140,7 +140,7 @@ fn corners(drive: &Drive) -> Vec<f64> {
     match drive {
         Drive::Value(_) => Vec::new(),
         Drive::Linear(Signal::Ramp(ramp)) => vec![ramp.rise_time],
-        Drive::Linear(Signal::Table(_)) => unimplemented!("no case here has a table"),
+        Drive::Linear(Signal::TimeTable(_)) => unimplemented!("no case here has a table"),
         Drive::Wave(wave) => wave.from.iter().chain(&wave.to).copied().collect(),
         Drive::Sum(terms) => terms.iter().flat_map(corners).collect(),
     }

@@ -6,7 +6,7 @@ use crate::common::random_brakes::{how_many, random_brake};
 use num_rational::BigRational;
 use num_traits::Zero;
 use std::ops::ControlFlow;
-use stickslip::analysis::bands::Stretch;
+use stickslip::analysis::bands::BandStretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
@@ -139,7 +139,7 @@ const GONE: [&str; 4] = [
     "work_perturbation",
 ];
 
-fn band(stretch: &Stretch, name: &str, of: fn(&Stretch, usize) -> f64) -> f64 {
+fn band(stretch: &BandStretch, name: &str, of: fn(&BandStretch, usize) -> f64) -> f64 {
     match name {
         "gone" => GONE.iter().map(|name| of(stretch, column(name))).sum(),
         _ => of(stretch, column(name)),
@@ -195,7 +195,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
     let at = |time: &BigRational| &report.samples[due.binary_search(time).expect("asked for")].1;
     let p = &disks(&case);
     let mut hold =
-        |index: usize, row: &Sample, truth: &OracleState, of: fn(&Stretch, usize) -> f64, what: &str| -> f64 {
+        |index: usize, row: &Sample, truth: &OracleState, of: fn(&BandStretch, usize) -> f64, what: &str| -> f64 {
             let stretch = &certificate.bands.stretches[index];
             let mut exact_states = states(truth);
             exact_states.extend(channels(p, row.mode, row.time, &exact_states));
@@ -234,7 +234,13 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
         // At the row's own time, where it is certainly on the same side of the events.
         let beside = |t: f64| (row.time - t).abs() <= stretch.time_uncertainty;
         if !beside(stretch.start) && !beside(stretch.end) {
-            hold(*index, row, at(&exact(row.time)), Stretch::at_fixed_time, "at its time");
+            hold(
+                *index,
+                row,
+                at(&exact(row.time)),
+                BandStretch::at_fixed_time,
+                "at its time",
+            );
         }
     }
     found.excess.extend(excess.iter().map(|(_, share)| 1.0 / share));

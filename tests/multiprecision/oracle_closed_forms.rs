@@ -15,7 +15,7 @@ use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRe
 use stickslip::record::EventKind::{
     self, Contact, Corner, Destabilised, Restabilised, Reversal, Separation, Slip, Stick,
 };
-use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Table, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, TimeTable, Wave};
 
 type Real = BigRational;
 
@@ -45,7 +45,7 @@ fn cosine(amplitude: &str, frequency: Frequency<Real>) -> Wave<Real> {
 }
 
 fn table(time: &[&str], value: &[&str]) -> Drive<Real> {
-    Drive::Linear(Signal::Table(Table {
+    Drive::Linear(Signal::TimeTable(TimeTable {
         time: list(time),
         value: list(value),
     }))
@@ -1118,7 +1118,7 @@ fn mirrored(problem: &ExactSystem) -> ExactSystem {
                 amplitude: -&wave.amplitude,
                 ..wave.clone()
             }),
-            Drive::Linear(Signal::Table(table)) => Drive::Linear(Signal::Table(Table {
+            Drive::Linear(Signal::TimeTable(table)) => Drive::Linear(Signal::TimeTable(TimeTable {
                 time: table.time.clone(),
                 value: opposite(&table.value),
             })),
@@ -1193,7 +1193,7 @@ fn random_trains(index: u64) -> ExactSystem {
                 to: Some(number(within(1.0, 2.5))),
                 ..wave(within)
             }),
-            3 => Drive::Linear(Signal::Table(Table {
+            3 => Drive::Linear(Signal::TimeTable(TimeTable {
                 time: [0.0, 0.7, 1.5, 2.0].map(number).to_vec(),
                 value: (0..4).map(|_| number(mean + size * within(-1.0, 1.0))).collect(),
             })),

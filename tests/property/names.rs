@@ -19,10 +19,16 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 
 /// The type that a line at the margin declares.
 fn declared(line: &str) -> Option<&str> {
-    let mut words = line.split_whitespace().skip_while(|word| word.starts_with("pub") || *word == "unsafe");
+    let mut words = line
+        .split_whitespace()
+        .skip_while(|word| word.starts_with("pub") || *word == "unsafe");
     matches!(words.next()?, "struct" | "enum" | "trait" | "type" | "union").then_some(())?;
     let name = words.next()?;
-    Some(name.split(|letter: char| !letter.is_alphanumeric()).next().unwrap_or(name))
+    Some(
+        name.split(|letter: char| !letter.is_alphanumeric())
+            .next()
+            .unwrap_or(name),
+    )
 }
 
 #[test]

@@ -9,7 +9,7 @@ use stickslip::friction::{Exponential, Friction};
 use stickslip::model::system::System;
 use stickslip::model::{DiskKick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
 /// A brake near the paper's, and the end of its run shortly after the stop.
@@ -69,7 +69,7 @@ prop_compose! {
             forces.push(force_of_end);
             // The weakest force may last for the whole table.
             end += time[time.len() - 1];
-            parameters.actuation = Signal::Table(Table { time, value: forces });
+            parameters.actuation = Signal::TimeTable(TimeTable { time, value: forces });
         }
         let time = timed.map_or(KickTime::Instability, |part| KickTime::At(part * stop));
         parameters.perturbations = vec![DiskKick { time, relative_velocity: 10f64.powf(kick) }];

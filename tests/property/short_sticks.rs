@@ -3,7 +3,7 @@
 use crate::common::{event_sequence, output, run, truth};
 use stickslip::model::{DiskKick, KickTime, Parameters};
 use stickslip::record::EventKind;
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, SolverOptions};
 
 fn paper_si(relative_velocity: f64) -> Parameters {
@@ -53,7 +53,7 @@ fn property_a_first_stick_that_hardly_is_one_is_found() {
 fn property_sticks_are_found_down_to_the_shortest() {
     let mut parameters = paper_si(0.5);
     parameters.initial.speed = 0.4;
-    parameters.actuation = Signal::Table(Table {
+    parameters.actuation = Signal::TimeTable(TimeTable {
         time: vec![0.0, 0.1],
         value: vec![500.0, 0.0],
     });

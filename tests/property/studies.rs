@@ -42,10 +42,10 @@ mod partition {
 mod journal {
     use proptest::prelude::*;
     use stickslip::record::EventKind;
-    use stickslip::sweep::{EventRow, Outcome};
+    use stickslip::sweep::{EventRow, PointOutcome};
     use stickslip::sweep::{Existing, Journal, JournalError};
 
-    fn outcome(number: u64) -> Outcome {
+    fn outcome(number: u64) -> PointOutcome {
         let result = if number % 3 == 1 {
             Err(format!("point {number} failed: ä"))
         } else {
@@ -61,7 +61,7 @@ mod journal {
                 internal_force: 2.0,
             })
             .collect();
-        Outcome { number, result, events }
+        PointOutcome { number, result, events }
     }
 
     const DIGEST: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";

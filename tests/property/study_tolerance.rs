@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 use stickslip::case::Override;
-use stickslip::sweep::{Outcome, STUDY_RTOL, Study, StudySource, Values, quantity_index, run_points, without_a_file};
+use stickslip::sweep::{
+    PointOutcome, STUDY_RTOL, Study, StudySource, Values, quantity_index, run_points, without_a_file,
+};
 
 fn study(text: &str) -> Study {
     study_with(text, &[])
@@ -34,7 +36,7 @@ fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
     let study = study_with(&study.source.text, settings);
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();
-    let keep = |group: Vec<Outcome>| {
+    let keep = |group: Vec<PointOutcome>| {
         found.extend(
             group
                 .into_iter()

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip::case::Case;
 use stickslip::simulation::Progress;
-use stickslip::sweep::{Integrate, Outcome, Stopped, Study, StudySource, run_point, run_points, without_a_file};
+use stickslip::sweep::{Integrate, PointOutcome, Stopped, Study, StudySource, run_point, run_points, without_a_file};
 
 fn study(text: &str) -> Study {
     let method = if text.contains("solver.method") {
@@ -32,7 +32,7 @@ fn alone(study: &Study) -> BTreeMap<u64, String> {
 fn together(study: &Study, threads: usize, integrate: &Integrate) -> BTreeMap<u64, String> {
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();
-    let keep = |group: Vec<Outcome>| {
+    let keep = |group: Vec<PointOutcome>| {
         found.extend(group.iter().map(|outcome| (outcome.number, format!("{outcome:?}"))));
         Ok::<(), ()>(())
     };

@@ -8,7 +8,7 @@ use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::cli::{CommandEnd, CommandError, Said, capture};
-use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
+use stickslip::results::{ColumnValues, KeptRows, KeptView, Overwrite, ResultFile, Status};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -25,7 +25,7 @@ fn view(rows: &KeptRows) -> KeptView<'_> {
         tables: rows
             .tables
             .iter()
-            .map(|table| table.columns.iter().map(Values::view).collect())
+            .map(|table| table.columns.iter().map(ColumnValues::view).collect())
             .collect(),
         order: &rows.order,
     }

@@ -11,7 +11,7 @@ use stickslip::hybrid::RunError;
 use stickslip::model::system::System;
 use stickslip::model::{BreakawayTest, DiskKick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::signal::{Ramp, Signal, Table};
+use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, SolverOptions};
 
 const WITHIN: f64 = 1e-11;
@@ -92,7 +92,7 @@ fn sundials_release_without_torsional_damping() {
 #[test]
 fn sundials_a_table() {
     let mut parameters = brake(20.0, 1.0);
-    parameters.actuation = Signal::Table(Table {
+    parameters.actuation = Signal::TimeTable(TimeTable {
         time: vec![0.0, 0.05, 0.4, 0.7, 0.9, 1.3],
         value: vec![500.0, 2500.0, 1500.0, 3000.0, 2000.0, 2225.0],
     });
@@ -116,7 +116,7 @@ fn sundials_a_release_out_of_stick_slip() {
     assert!(stops.len() >= 10);
     // Within a stick: at its very start rounding would decide which comes first, the stick or the corner.
     let release = stops[3] + 1e-6;
-    parameters.actuation = Signal::Table(Table {
+    parameters.actuation = Signal::TimeTable(TimeTable {
         time: vec![0.0, release, release + 0.002, release + 0.01, release + 0.02],
         value: vec![2225.0, 2225.0, -500.0, -500.0, 2225.0],
     });

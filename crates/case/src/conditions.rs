@@ -11,7 +11,7 @@ use stickslip_system::model::absolute_angles::AbsoluteModel;
 use stickslip_system::model::margin;
 use stickslip_system::model::system::{ContactLaw, End, KickSide, Pressing, Train};
 use stickslip_system::model::{BreakawayTest, KickTime, Parameters};
-use stickslip_system::signal::{Ramp, Signal, Table};
+use stickslip_system::signal::{Ramp, Signal, TimeTable};
 
 /// A larger number of samples, a terabyte, is a typing error.
 const MOST_SAMPLES: f64 = 1e9;
@@ -97,7 +97,7 @@ fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
             complain("actuation.rise_time", &[], too_short(*rise_time));
         }
         Pressing::Axial {
-            actuation: Signal::Table(Table { time, value }),
+            actuation: Signal::TimeTable(TimeTable { time, value }),
             ..
         } => {
             for wrong in points("actuation.time", time, ("actuation.force", "forces", value.len())) {

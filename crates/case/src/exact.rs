@@ -14,7 +14,7 @@ use stickslip_system::model::system::{
     Bristles, ContactLaw, End, ExactSystem, Initial, Kick, Pressing, Regularisation, Torque, Train,
 };
 use stickslip_system::model::{Axial, ExactLaw, KickTime};
-use stickslip_system::signal::{Drive, HarmonicShape, Ramp, Signal, Table, Wave};
+use stickslip_system::signal::{Drive, HarmonicShape, Ramp, Signal, TimeTable, Wave};
 
 /// The system of a case without rounding. Decimals are exact as written, and units have exact factors.
 #[derive(Debug, Clone, PartialEq)]
@@ -274,7 +274,7 @@ fn at_start(drive: &Drive<BigRational>) -> BigRational {
                 value.clone()
             }
         }
-        Drive::Linear(Signal::Table(Table { time, value })) => {
+        Drive::Linear(Signal::TimeTable(TimeTable { time, value })) => {
             let after = time.iter().position(|time| time.is_positive()).unwrap_or(time.len());
             match after {
                 0 => value[0].clone(),

@@ -5,7 +5,7 @@ use toml_edit::Value;
 use super::Setting;
 use stickslip_system::friction::FrictionLaw;
 use stickslip_system::model::KickTime;
-use stickslip_system::signal::{Drive, Frequency, HarmonicShape, SIGNALS, Signal, Table};
+use stickslip_system::signal::{Drive, Frequency, HarmonicShape, SIGNALS, Signal, TimeTable};
 
 pub(super) const INSTABILITY: &str = "instability";
 
@@ -148,7 +148,7 @@ fn signal(drive: &Drive) -> String {
             "{{ profile = \"ramp\", value = {:?}, rise_time = {:?} }}",
             ramp.value, ramp.rise_time
         ),
-        Drive::Linear(Signal::Table(Table { time, value })) => {
+        Drive::Linear(Signal::TimeTable(TimeTable { time, value })) => {
             format!("{{ profile = \"table\", time = {time:?}, value = {value:?} }}")
         }
         Drive::Wave(wave) => {

@@ -13,7 +13,7 @@ use stickslip_system::model::system::{
     Bristles, ContactLaw, End, Kick, KickSide, Pressing, Regularisation, Smoothing, Train,
 };
 use stickslip_system::model::{Axial, BreakawayTest, KickTime};
-use stickslip_system::signal::{Drive, Profile as _, Ramp, Signal, Table};
+use stickslip_system::signal::{Drive, Profile as _, Ramp, Signal, TimeTable};
 
 /// The key of the integration method.
 pub const METHOD: &str = "solver.method";
@@ -335,8 +335,8 @@ fn ramp(case: &mut Case) -> Option<&mut Ramp> {
     part!(actuation(case)?, Signal::Ramp(ramp) => ramp)
 }
 
-fn table(case: &mut Case) -> Option<&mut Table> {
-    part!(actuation(case)?, Signal::Table(table) => table)
+fn table(case: &mut Case) -> Option<&mut TimeTable> {
+    part!(actuation(case)?, Signal::TimeTable(table) => table)
 }
 
 fn bristles(case: &mut Case) -> Option<&mut Bristles> {
@@ -538,9 +538,9 @@ keys! { |case, index|
     "actuation.rise_time", Both, Profile(<Ramp>::NAME), Number(D::Time, NotNegative)
         => ramp(case).map(|ramp| at(&mut ramp.rise_time)),
         "t_0, application time; 0 is a step at t = 0";
-    "actuation.time", Both, Profile(<Table>::NAME), Series(D::Time) => table(case).map(|table| at(&mut table.time)),
+    "actuation.time", Both, Profile(<TimeTable>::NAME), Series(D::Time) => table(case).map(|table| at(&mut table.time)),
         "times of the corners of F(t), in order, two equal ones at a step; the first and last force hold outside";
-    "actuation.force", Both, Profile(<Table>::NAME), Series(D::Force) => table(case).map(|table| at(&mut table.value)),
+    "actuation.force", Both, Profile(<TimeTable>::NAME), Series(D::Force) => table(case).map(|table| at(&mut table.value)),
         "F at these times, linear in between; positive presses the disks together";
     "torsion.rotor_inertia", Short, Required, Number(D::Inertia, Positive)
         => case.system.rotor.inertia.get_mut(1).map(at),

@@ -6,7 +6,7 @@ use super::quantity::{self, Dimension};
 use super::schema::Domain;
 use super::value::{choice, number, numbers};
 use super::{Motion, suggest};
-use stickslip_system::signal::{Drive, Frequency, HarmonicShape, Ramp, SIGNALS, Signal, Table, Timeline, Wave};
+use stickslip_system::signal::{Drive, Frequency, HarmonicShape, Ramp, SIGNALS, Signal, TimeTable, Timeline, Wave};
 
 pub(super) const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"];
 
@@ -196,7 +196,7 @@ impl Signals {
         };
         self.wrong
             .extend(points(&paths[0], &time, (&paths[1], "values", value.len())));
-        Some(Drive::Linear(Signal::Table(Table { time, value })))
+        Some(Drive::Linear(Signal::TimeTable(TimeTable { time, value })))
     }
 
     fn wave(&mut self, shape: HarmonicShape, at: SignalPlace<'_>) -> Option<Drive> {

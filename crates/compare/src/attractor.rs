@@ -7,7 +7,7 @@ use stickslip_system::record::sequence::SequenceEvent;
 
 /// A periodic motion in numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Attractor {
+pub struct ComparedAttractor {
     /// s.
     pub period: f64,
     /// Sticks that begin in a period.
@@ -21,13 +21,13 @@ const LONGEST: usize = 64;
 /// Largest relative difference between two successive periods.
 const SAME: f64 = 1e-4;
 
-impl Attractor {
-    pub(super) fn of_file(file: &ResultFile) -> Result<Option<Attractor>, ResultError> {
+impl ComparedAttractor {
+    pub(super) fn of_file(file: &ResultFile) -> Result<Option<ComparedAttractor>, ResultError> {
         let Some(table) = file.stick_slip()? else {
             return Ok(None);
         };
         let number = |name: &str| table.value(name).filter(|value| value.is_finite());
-        Ok(number("attractor_period").map(|period| Attractor {
+        Ok(number("attractor_period").map(|period| ComparedAttractor {
             period,
             sticks: number("attractor_sticks").unwrap_or(0.0) as u64,
             amplitude: number("attractor_amplitude"),
@@ -44,7 +44,7 @@ impl Attractor {
         events: &[SequenceEvent],
         slack: f64,
         reference: Option<(&[SequenceEvent], f64)>,
-    ) -> Option<(Attractor, f64)> {
+    ) -> Option<(ComparedAttractor, f64)> {
         let sections = sections(events);
         let mut count = repetition(events, &sections, slack, None)?;
         if let Some((word, period)) = reference {
@@ -62,7 +62,7 @@ impl Attractor {
         let last = sections.len() - 1;
         let (b, c) = (sections[last - count], sections[last]);
         let sticks = events[b..c].iter().filter(|event| event.kind == EventKind::Stick);
-        let attractor = Attractor {
+        let attractor = ComparedAttractor {
             period: events[c].time - events[b].time,
             sticks: sticks.count() as u64,
             amplitude: None,

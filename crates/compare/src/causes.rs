@@ -7,12 +7,12 @@ use super::detect::{Detection, Found};
 use super::diagnosis::{self, Cause, Diagnosis, Symptoms};
 use super::follows::follows;
 use super::hypotheses::{
-    Apart, Bench, Change, Evidence, Fit, Found as HypothesesFound, Judged, Observation, Played, Tried,
+    Apart, Bench, Change, Evidence, Fit, FoundChange as HypothesesFound, Judged, Observation, Played, Tried,
 };
 use super::limit::{Limit, OutOfTime};
 use super::parameters::{
-    self, FoundBy, Material, OtherKick, OtherNumber, OtherParameters, Rerun, Start, StretchPass, other_kick,
-    other_parameters,
+    self, EventAgreement, FoundBy, Material, OtherKick, OtherNumber, OtherParameters, StretchPass, TrialStart,
+    other_kick, other_parameters,
 };
 use super::{CompareError, Passes, Reference, torques};
 use std::sync::atomic::Ordering;
@@ -156,14 +156,19 @@ impl Reference {
             Some(kick) => self.kicks()?.into_iter().find(|(event, _)| *event == kick),
         };
         let kick = kick.map(|(event, states)| (event.time, states));
-        let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
+        let at_kick = kick
+            .as_ref()
+            .map(|(time, (_, after))| TrialStart::At(*time, after.clone()));
         let near = |time: f64| (time - period..time + period).contains(&from);
         let begins_at_kick = kick.as_ref().is_some_and(|(time, _)| near(*time));
         let starts = match first.clone() {
-            Some((time, state)) if time > self.start => vec![Start::At(time, state), Start::Case],
-            Some((time, state)) => vec![Start::Case, Start::At(time, state)],
-            None if begins_at_kick => at_kick.into_iter().chain([Start::Case]).collect(),
-            None => [Start::Case].into_iter().chain(at_kick.filter(|_| !has_rows)).collect(),
+            Some((time, state)) if time > self.start => vec![TrialStart::At(time, state), TrialStart::Case],
+            Some((time, state)) => vec![TrialStart::Case, TrialStart::At(time, state)],
+            None if begins_at_kick => at_kick.into_iter().chain([TrialStart::Case]).collect(),
+            None => [TrialStart::Case]
+                .into_iter()
+                .chain(at_kick.filter(|_| !has_rows))
+                .collect(),
         };
         let numbers = WrittenCase::of(&physics.case);
         let bench = Bench {
@@ -324,7 +329,7 @@ impl Reference {
                     }
                     Change::State if other.is_some() => {
                         let other = other.map(|kick| OtherKick {
-                            rerun: (events > 0).then(|| Rerun::of(events, judged.before, judged.after)),
+                            rerun: (events > 0).then(|| EventAgreement::of(events, judged.before, judged.after)),
                             ..kick
                         });
                         let words = other.as_ref().map(OtherKick::words).unwrap_or_default();
@@ -498,7 +503,7 @@ impl Reference {
             numbers: best,
             explained: judged.explained,
             or,
-            rerun: (events > 0 && judged.has_events()).then(|| Rerun::of(events, judged.before, judged.after)),
+            rerun: (events > 0 && judged.has_events()).then(|| EventAgreement::of(events, judged.before, judged.after)),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The outcome of a comparison.
 
-use super::attractor::Attractor;
+use super::attractor::ComparedAttractor;
 use super::case_differences::CaseDifference;
 use super::cycles::CycleErrors;
 use super::detect::Detection;
@@ -129,7 +129,7 @@ pub struct Comparison {
     pub cycles: Option<CycleErrors>,
     /// Attractors of reference and candidate in a system that does not slow down by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub attractors: Option<[Option<Attractor>; 2]>,
+    pub attractors: Option<[Option<ComparedAttractor>; 2]>,
     /// Missing results, with the reasons.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absent>,

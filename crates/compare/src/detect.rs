@@ -91,7 +91,7 @@ pub struct Point {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Phase {
+enum DetectedPhase {
     Start,
     Slip { sense: f64 },
     Stick(Stick),
@@ -125,7 +125,7 @@ fn rises(last: &Point, next: &Point) -> bool {
 #[derive(Debug, Clone)]
 pub struct Detector {
     detection: Detection,
-    phase: Phase,
+    phase: DetectedPhase,
     leaving: Option<Leaving>,
     recent: [Option<Point>; 4],
     last: f64,
@@ -149,7 +149,7 @@ impl Detector {
     pub fn new(detection: Detection) -> Detector {
         Detector {
             detection,
-            phase: Phase::Start,
+            phase: DetectedPhase::Start,
             leaving: None,
             recent: [None; 4],
             last: f64::NEG_INFINITY,
@@ -184,7 +184,7 @@ impl Detector {
     /// change the result: samples in slip that differ from their predecessors and are followed by four more of the same
     /// kind. Returns their number.
     pub fn skip(&mut self, velocities: &[f64], forces: &[f64]) -> usize {
-        let (Phase::Slip { sense }, Some(last), None) = (self.phase, self.recent[0], &self.leaving) else {
+        let (DetectedPhase::Slip { sense }, Some(last), None) = (self.phase, self.recent[0], &self.leaving) else {
             return 0;
         };
         let mut before = last.velocity;
@@ -215,31 +215,31 @@ impl Detector {
                 self.events.extend(left.map(|leaving| self.breakaway(&leaving)));
             }
         }
-        if p.normal_force <= 0.0 && !matches!(self.phase, Phase::Start | Phase::Separated) {
+        if p.normal_force <= 0.0 && !matches!(self.phase, DetectedPhase::Start | DetectedPhase::Separated) {
             self.settle();
             self.report(p.time, EventKind::Separation);
-            self.phase = Phase::Separated;
+            self.phase = DetectedPhase::Separated;
         }
         match self.phase {
-            Phase::Start => self.phase = self.begin(p, None),
-            Phase::Separated => {
+            DetectedPhase::Start => self.phase = self.begin(p, None),
+            DetectedPhase::Separated => {
                 if p.normal_force > 0.0 {
                     self.report(p.time, EventKind::Contact);
                     self.phase = self.begin(p, None);
                 }
             }
-            Phase::Slip { sense } => {
+            DetectedPhase::Slip { sense } => {
                 if at_rest {
                     let entry = self.stop(&p);
                     self.phase = self.begin(p, Some((entry, sense)));
                 } else if p.velocity * sense < 0.0 {
                     let found = self.crossing(&p);
                     self.events.push(found);
-                    self.phase = Phase::Slip { sense: -sense };
+                    self.phase = DetectedPhase::Slip { sense: -sense };
                     self.recent = [None; 4];
                 }
             }
-            Phase::Stick(mut stick) => {
+            DetectedPhase::Stick(mut stick) => {
                 if p.velocity.abs() <= self.detection.velocity_tolerance * self.detection.hysteresis {
                     self.events.extend(stick.entry.take());
                     stick.samples += 1;
@@ -249,20 +249,20 @@ impl Detector {
                     };
                     stick.before = Some(stick.last);
                     stick.last = p;
-                    self.phase = Phase::Stick(stick);
+                    self.phase = DetectedPhase::Stick(stick);
                 } else {
                     self.leave(stick, p);
                 }
             }
         }
-        if let (Phase::Slip { .. }, Some(last)) = (self.phase, self.recent[0]) {
+        if let (DetectedPhase::Slip { .. }, Some(last)) = (self.phase, self.recent[0]) {
             let still = (p.velocity - last.velocity).abs() <= STILL * p.velocity.abs();
             self.still = if still { self.still + 1 } else { 0 };
             if self.still >= STILL_SAMPLES {
                 self.plateau = self.plateau.max(p.velocity.abs());
             }
         }
-        if let Phase::Slip { .. } = self.phase {
+        if let DetectedPhase::Slip { .. } = self.phase {
             self.recent = [Some(p), self.recent[0], self.recent[1], self.recent[2]];
         }
         self.last = p.time;
@@ -282,16 +282,16 @@ impl Detector {
     }
 
     fn settle(&mut self) {
-        if let Phase::Stick(stick) = &mut self.phase {
+        if let DetectedPhase::Stick(stick) = &mut self.phase {
             self.events.extend(stick.entry.take());
         }
     }
 
-    fn begin(&mut self, p: Point, entry: Option<(Found, f64)>) -> Phase {
+    fn begin(&mut self, p: Point, entry: Option<(Found, f64)>) -> DetectedPhase {
         self.recent = [None; 4];
         self.rise = (p.time, 0);
         if p.velocity.abs() <= self.detection.velocity_tolerance {
-            Phase::Stick(Stick {
+            DetectedPhase::Stick(Stick {
                 entry: entry.map(|e| e.0),
                 sense: entry.map_or(0.0, |e| e.1),
                 samples: 1,
@@ -299,7 +299,7 @@ impl Detector {
                 before: None,
             })
         } else {
-            Phase::Slip {
+            DetectedPhase::Slip {
                 sense: p.velocity.signum(),
             }
         }
@@ -308,7 +308,7 @@ impl Detector {
     fn leave(&mut self, mut stick: Stick, p: Point) {
         let sense = p.velocity.signum();
         self.recent = [None; 4];
-        self.phase = Phase::Slip { sense };
+        self.phase = DetectedPhase::Slip { sense };
         match stick.entry.take() {
             // A single sample at zero between two signs is a crossing.
             Some(entry) if stick.samples == 1 && sense == -stick.sense => {

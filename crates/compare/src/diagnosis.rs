@@ -7,7 +7,7 @@ use super::case_differences::{CaseDifference, NOT_SET};
 use super::creep::{Creep, SHAPES};
 use super::detect::Found;
 use super::hypotheses::{Change, Judged, Proposals, Scheme, Stepper, Stop};
-use super::parameters::{FoundBy, OtherParameters, Rerun};
+use super::parameters::{EventAgreement, FoundBy, OtherParameters};
 use super::reference::Physics;
 use super::states::Grid;
 use super::units::UnitFault;
@@ -353,7 +353,7 @@ pub(super) fn reproduced(judged: &Judged, of_samples: bool, events: usize) -> St
     };
     let mut text = format!("explains {} % of {what}", percent(judged.explained));
     if events > 0 && judged.has_events() {
-        text += &format!("; {}", tried(&Rerun::of(events, judged.before, judged.after)));
+        text += &format!("; {}", tried(&EventAgreement::of(events, judged.before, judged.after)));
     }
     text
 }
@@ -433,7 +433,7 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
     causes.insert(0, Diagnosis::of(cause, evidence));
 }
 
-pub(super) fn tried(rerun: &Rerun) -> String {
+pub(super) fn tried(rerun: &EventAgreement) -> String {
     let outcome = |agreement: &Agreement, events: &str, of: &str| match agreement.unmatched {
         0 if agreement.max == 0.0 => format!("has {events} at the same times"),
         0 => format!("has {events} within {:.1e} s", agreement.max),

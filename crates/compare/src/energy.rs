@@ -39,7 +39,7 @@ const PER_PERIOD: f64 = 8.0;
 const SAFETY: f64 = 2.0;
 
 #[derive(Debug, Clone, Copy)]
-struct Sample {
+struct EnergySample {
     time: f64,
     energy: f64,
     at_rest: bool,
@@ -60,9 +60,9 @@ pub(crate) struct EnergyPass<'a> {
     tolerance: f64,
     /// Time (s) and work (J) of kicks.
     kicks: Vec<(f64, f64)>,
-    last: Option<Sample>,
+    last: Option<EnergySample>,
     /// The sample before the last, and the dissipation between the two, J.
-    before: Option<(Sample, f64)>,
+    before: Option<(EnergySample, f64)>,
     was_thinned: bool,
     drift: Option<EnergyDrift>,
 }
@@ -86,7 +86,7 @@ impl<'a> EnergyPass<'a> {
         self.sample(time, sample);
     }
 
-    fn at(&mut self, time: f64, y: &[f64]) -> Sample {
+    fn at(&mut self, time: f64, y: &[f64]) -> EnergySample {
         let outside = self.course.outside(time);
         let w = self.physics.system().relative_velocity(&outside, y);
         let mode = if outside.normal_force > 0.0 {
@@ -95,7 +95,7 @@ impl<'a> EnergyPass<'a> {
             Mode::Separated
         };
         let [friction, damping] = self.course.powers(mode, time, y);
-        Sample {
+        EnergySample {
             time,
             energy: self.physics.energy(time, y),
             at_rest: mode == Mode::Stick,
@@ -104,7 +104,7 @@ impl<'a> EnergyPass<'a> {
         }
     }
 
-    fn sample(&mut self, time: f64, sample: Sample) {
+    fn sample(&mut self, time: f64, sample: EnergySample) {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
             if h * PER_PERIOD > self.physics.natural_period() {
@@ -151,7 +151,7 @@ impl<'a> EnergyPass<'a> {
 /// Dissipation in the time `h` (s) between two samples minus the work of the drives, J. At a stop and at a breakaway
 /// the power of drives jumps with the contact torque; the power of dampers alone is continuous, and the mean of both
 /// ends is more accurate.
-fn dissipated(a: &Sample, b: &Sample, h: f64, is_driven: bool) -> f64 {
+fn dissipated(a: &EnergySample, b: &EnergySample, h: f64, is_driven: bool) -> f64 {
     let smooth = |a: (f64, f64), b: (f64, f64)| h * (a.0 + b.0) / 2.0 + h * h * (a.1 - b.1) / 12.0;
     let around = |x: f64| {
         let rest = h - x;

@@ -1,6 +1,6 @@
 //! A run as a function of time: its channels at any time, by the equations of motion between its samples.
 
-use super::reference::{Curve, Walk};
+use super::reference::{GapPolynomial, Walk};
 use super::{Channel, CompareError, Reference};
 use std::path::PathBuf;
 use stickslip_files::ResultError;
@@ -16,7 +16,7 @@ pub struct Evaluator<'a> {
     path: PathBuf,
     walk: Walk<'a>,
     channels: Vec<Channel>,
-    curves: Vec<Curve>,
+    curves: Vec<GapPolynomial>,
     gap: Option<(f64, f64)>,
     mode: Mode,
     sound: bool,

@@ -7,7 +7,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{Curve, Physics, Walk};
+use super::reference::{GapPolynomial, Physics, Walk};
 use super::states::Squares;
 use serde::Serialize;
 use std::borrow::Cow;
@@ -75,7 +75,7 @@ struct Impulse {
 pub(super) struct ImpulsePass<'a> {
     walk: Walk<'a>,
     forces: Vec<Channel>,
-    curves: Vec<Curve>,
+    curves: Vec<GapPolynomial>,
     impulses: Vec<Impulse>,
     span: Option<(f64, f64)>,
     samples: u64,

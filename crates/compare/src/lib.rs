@@ -116,7 +116,7 @@ mod wrong_event;
 
 pub(crate) use candidate::Candidate;
 
-pub use attractor::Attractor;
+pub use attractor::ComparedAttractor;
 pub use candidate::{Block, Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
@@ -133,12 +133,12 @@ pub use follows::Follows;
 pub use hysteresis::HysteresisEffect;
 pub use impulse::ImpulseErrors;
 pub use limit::OutOfTime;
-pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
+pub use parameters::{Agreement, EventAgreement as TriedAgain, FoundBy, OtherKick, OtherNumber, OtherParameters};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
 pub use score::{CreepScore, PeriodScore, PositionScore, RestScore, Score};
 pub use statistics::Statistic;
-pub use trace::Pair;
+pub use trace::SamplePair;
 pub use vocabulary::Vocabulary;
 pub use wrong_event::WrongEvent;
 
@@ -182,7 +182,7 @@ pub struct Reference {
     file: ResultFile,
     physics: Physics,
     rerun: RepeatedRun,
-    attractor: Option<Attractor>,
+    attractor: Option<ComparedAttractor>,
     starts_in_slip: bool,
     starts_in_stick: bool,
     events: Vec<Event>,
@@ -268,7 +268,7 @@ impl Reference {
             physics: Physics::new(case, &word, end),
             word,
             rerun: RepeatedRun::default(),
-            attractor: Attractor::of_file(&file)?,
+            attractor: ComparedAttractor::of_file(&file)?,
             starts_in_slip: first.iter().any(|(_, mode, _)| mode.sense() != 0),
             starts_in_stick: first.iter().any(|(_, mode, _)| *mode == Mode::Stick),
             file,
@@ -419,7 +419,7 @@ impl Reference {
             let found = candidate.attractor.or_else(|| {
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !candidate.is_own())?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
-                Some(Attractor { amplitude, ..attractor })
+                Some(ComparedAttractor { amplitude, ..attractor })
             });
             [self.attractor, found]
         });
@@ -789,9 +789,9 @@ impl Reference {
     }
 
     /// Attractor of a candidate's events and the start of its last period (s); `slack`: uncertainty of the times, s.
-    fn attractor_of(&self, events: &[SequenceEvent], slack: f64) -> Option<(Attractor, f64)> {
+    fn attractor_of(&self, events: &[SequenceEvent], slack: f64) -> Option<(ComparedAttractor, f64)> {
         let reference = self.attractor.map(|attractor| (&self.word[..], attractor.period));
-        Attractor::of_events(events, slack, reference)
+        ComparedAttractor::of_events(events, slack, reference)
     }
 
     /// The channel that shows the amplitude of a candidate's attractor, and the time (s) of a period.

@@ -30,7 +30,7 @@ const AS_GOOD: f64 = 1.1;
 const OF_REFERENCE: f64 = 1e-12;
 const MOVED: f64 = 1e-7;
 
-type Row = (f64, Vec<f64>);
+type SwitchRow = (f64, Vec<f64>);
 
 #[derive(Debug)]
 pub(super) struct Locator<'a> {
@@ -40,7 +40,7 @@ pub(super) struct Locator<'a> {
     threshold: f64,
     /// Times at which the equations change, s, in order.
     breaks: Vec<f64>,
-    rows: VecDeque<Row>,
+    rows: VecDeque<SwitchRow>,
     left: usize,
 }
 
@@ -146,8 +146,8 @@ impl<'a> Locator<'a> {
         }
     }
 
-    fn switch(&self, kind: EventKind, before: &Row, behind: &Row) -> Option<Switch> {
-        let of = |row: &Row| self.velocity((row.0, &row.1));
+    fn switch(&self, kind: EventKind, before: &SwitchRow, behind: &SwitchRow) -> Option<Switch> {
+        let of = |row: &SwitchRow| self.velocity((row.0, &row.1));
         let (mode, next, sense) = match kind {
             EventKind::Stick | EventKind::Slip if !self.physics.sticks() => (Mode::Engaged, Mode::Engaged, 0.0),
             EventKind::Stick => (Mode::sliding(of(before)), Mode::Stick, of(before).signum()),
@@ -282,7 +282,7 @@ impl<'a> Locator<'a> {
     }
 
     /// First time up to `until` (s) at which a motion from a row reaches the guard, and the state there.
-    fn root(&mut self, switch: &Switch, (from, y): &Row, until: f64) -> Option<Row> {
+    fn root(&mut self, switch: &Switch, (from, y): &SwitchRow, until: f64) -> Option<SwitchRow> {
         let (mut time, mut y) = (*from, y.clone());
         let mut start = self.guard(switch, time, &y);
         if start <= 0.0 {

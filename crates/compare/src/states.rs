@@ -6,7 +6,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{Curve, Physics, Walk};
+use super::reference::{GapPolynomial, Physics, Walk};
 use super::windows::{Phase, Window};
 use std::ops::Range;
 use stickslip_files::ResultError;
@@ -134,18 +134,18 @@ pub(crate) struct Grid {
 
 /// A part of the samples.
 #[derive(Debug, Clone, Default)]
-struct Part {
+struct SamplePart {
     tallies: Vec<Tally>,
     outside: u64,
     too_sparse: u64,
 }
 
-impl Part {
+impl SamplePart {
     fn samples(&self) -> u64 {
         self.tallies.first().map_or(0, |tally| tally.samples)
     }
 
-    fn append(&mut self, other: &Part) {
+    fn append(&mut self, other: &SamplePart) {
         self.outside += other.outside;
         self.too_sparse += other.too_sparse;
         let each = self.tallies.iter_mut().zip(&other.tallies);
@@ -171,7 +171,7 @@ impl Part {
 #[derive(Debug)]
 struct Beside<'a> {
     walk: Walk<'a>,
-    curves: Vec<Curve>,
+    curves: Vec<GapPolynomial>,
 }
 
 impl Beside<'_> {
@@ -181,7 +181,7 @@ impl Beside<'_> {
         (channels, scales): (&[Channel], &[f64]),
         (block, rows): (&Block, Range<usize>),
         shift: f64,
-        part: &mut Part,
+        part: &mut SamplePart,
         mut grid: Option<&mut Grid>,
     ) -> Result<(), ResultError> {
         let time = &block.time[..rows.end];
@@ -219,7 +219,7 @@ impl Beside<'_> {
         shift: f64,
         (left, right): (f64, f64),
         sound: bool,
-        to: &mut Part,
+        to: &mut SamplePart,
     ) {
         let width = right - left;
         // In a sparse gap only the reference's own samples are valid.
@@ -257,9 +257,9 @@ pub(crate) struct StatePass<'a> {
     pub channels: Vec<Channel>,
     windows: Vec<Window>,
     window: usize,
-    parts: [Part; Phase::ALL.len()],
+    parts: [SamplePart; Phase::ALL.len()],
     /// The present window by both walks.
-    present: [Part; 2],
+    present: [SamplePart; 2],
     scales: [Vec<f64>; Phase::ALL.len()],
     pub grid: Grid,
 }
@@ -271,9 +271,9 @@ impl<'a> StatePass<'a> {
             let scale = |&channel: &Channel| physics.size(channel, phase == Phase::Sliding);
             channels.iter().map(scale).collect()
         });
-        let part = Part {
+        let part = SamplePart {
             tallies: vec![Tally::default(); channels.len()],
-            ..Part::default()
+            ..SamplePart::default()
         };
         StatePass {
             beside: walks.map(|walk| Beside {
@@ -360,7 +360,7 @@ impl<'a> StatePass<'a> {
     }
 
     pub fn samples(&self) -> u64 {
-        self.parts.iter().map(Part::samples).sum()
+        self.parts.iter().map(SamplePart::samples).sum()
     }
 
     /// Samples at an event, or in a segment of one run alone that was not compared.

@@ -1,6 +1,6 @@
 //! The paper's statistics of both runs.
 
-use super::attractor::Attractor;
+use super::attractor::ComparedAttractor;
 use serde::Serialize;
 use stickslip_system::record::CycleStatistics;
 use stickslip_system::record::sequence::SequenceEvent;
@@ -32,9 +32,9 @@ impl Statistic {
     }
 }
 
-type Quantity = fn(&CycleStatistics) -> Option<f64>;
+type CandidateStatistic = fn(&CycleStatistics) -> Option<f64>;
 
-pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
+pub(super) const STATISTICS: [(&str, &str, CandidateStatistic); 10] = [
     ("onset", "s", |s| s.onset_time),
     ("final_stick", "s", |s| s.final_stick_time),
     ("sticks", "1", |s| Some(s.stick_count as f64)),
@@ -49,8 +49,8 @@ pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
 
 pub(super) const OF_ATTRACTORS: [&str; 3] = ["period", "sticks_in_a_period", "amplitude"];
 
-pub(super) fn of_attractors(attractors: &[Option<Attractor>; 2], unit: &'static str) -> [Statistic; 3] {
-    let numbers: [fn(&Attractor) -> Option<f64>; 3] = [
+pub(super) fn of_attractors(attractors: &[Option<ComparedAttractor>; 2], unit: &'static str) -> [Statistic; 3] {
+    let numbers: [fn(&ComparedAttractor) -> Option<f64>; 3] = [
         |attractor| Some(attractor.period),
         |attractor| Some(attractor.sticks as f64),
         |attractor| attractor.amplitude,
@@ -85,7 +85,7 @@ pub(super) fn statistics(
         let any = uncovered == 0 || !reference.is_empty();
         any && (from_start || !of_start) && (to_end || !of_end)
     };
-    let statistic = |&(name, unit, quantity): &(&'static str, &'static str, Quantity)| Statistic {
+    let statistic = |&(name, unit, quantity): &(&'static str, &'static str, CandidateStatistic)| Statistic {
         name,
         unit,
         reference: quantity(&r).filter(|_| covered(name)),

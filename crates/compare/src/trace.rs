@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// A sample of a candidate.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair<'a> {
+pub struct SamplePair<'a> {
     /// Time, s.
     pub time: f64,
     /// Candidate's channels, in SI units, in the order of [`Reference::traced`].
@@ -38,7 +38,7 @@ impl Reference {
     ///
     /// # Errors
     /// If the candidate or the reference cannot be read.
-    pub fn trace(&self, path: &Path, mapping: &Mapping, take: &mut dyn FnMut(Pair)) -> Result<(), CompareError> {
+    pub fn trace(&self, path: &Path, mapping: &Mapping, take: &mut dyn FnMut(SamplePair)) -> Result<(), CompareError> {
         let candidate = Candidate::open(path, mapping, &self.physics)?;
         if !candidate.has_rows() {
             return Ok(());
@@ -54,7 +54,7 @@ impl Reference {
                     *value = column[row];
                 }
                 let known = reference.known_at(time, &mut other)?;
-                take(Pair {
+                take(SamplePair {
                     time,
                     candidate: &own,
                     reference: known.then_some(&other[..]),

@@ -11,12 +11,12 @@ use stickslip_system::model::system::{ContactLaw, End, Pressing, System, Train};
 pub struct Vocabulary {
     motion: Motion,
     bodies: &'static str,
-    entries: Vec<Entry>,
+    entries: Vec<VocabularyEntry>,
     same: Vec<(Channel, Channel)>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Entry {
+struct VocabularyEntry {
     channel: Channel,
     /// The channel's own name and its aliases, in lower case.
     names: Vec<String>,
@@ -46,7 +46,7 @@ pub struct Sum {
 impl Default for Vocabulary {
     /// The names of the short form, for no particular reference and without dependencies.
     fn default() -> Self {
-        let entry = |channel: Channel| Entry {
+        let entry = |channel: Channel| VocabularyEntry {
             channel,
             names: names(channel, true),
             form: None,
@@ -177,7 +177,7 @@ impl Vocabulary {
         let forms = Forms { trains };
         let is_short = words.has_letters();
         let outermost = forms.count(TrainSide::Rotor).saturating_sub(1);
-        let mut entries: Vec<Entry> = Vec::new();
+        let mut entries: Vec<VocabularyEntry> = Vec::new();
         let mut same = Vec::new();
         for channel in forms.channels() {
             let form = forms.of(channel.quantity(outermost));
@@ -191,7 +191,7 @@ impl Vocabulary {
                     same.push((channel, entry.channel));
                     entry.names.extend(names(channel, is_short));
                 }
-                None => entries.push(Entry {
+                None => entries.push(VocabularyEntry {
                     channel,
                     names: names(channel, is_short),
                     form,

@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::raw;
 use super::schema::{self, Variable};
-use super::values::{Values, each};
+use super::values::{ColumnValues, each};
 
 /// Value of an HDF5 attribute.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,7 +110,7 @@ pub(super) fn describe(dataset: &Dataset, variable: &Variable) -> hdf5::Result<(
         .try_for_each(|(name, value)| match value {
             // Codes have the type of their variable.
             AttributeValue::Integers(codes) if name == schema::attribute::FLAG_VALUES => {
-                let mut values = Values::new(variable.kind, codes.len());
+                let mut values = ColumnValues::new(variable.kind, codes.len());
                 codes.iter().for_each(|&code| values.push(code as f64));
                 values.write_attribute(dataset, name)
             }
@@ -156,7 +156,7 @@ pub(super) fn write_attribute(location: &Location, name: &str, value: impl Into<
     }
 }
 
-impl Values<'_> {
+impl ColumnValues<'_> {
     pub(super) fn write_attribute(&self, location: &Location, name: &str) -> hdf5::Result<()> {
         each!(self, list => write_array(location, name, list))
     }

@@ -8,7 +8,7 @@ use super::attributes::{describe, describe_text, write_attributes};
 use super::schema::{self, StorageKind, Variable};
 use super::table::{create_empty, create_group};
 use super::target::{self, Overwrite};
-use super::values::{FileColumn, Values, with_type};
+use super::values::{ColumnValues, FileColumn, with_type};
 use super::{AttributeValue, ResultError, raw};
 
 /// Additions to a group of a result file. /events exists already; every other group is created.
@@ -43,7 +43,7 @@ impl Addition {
     pub fn dimension(&mut self, name: &str, length: usize, long_name: &str) {
         let column = FileColumn {
             variable: Variable::index(name, long_name),
-            values: Values::Int32((0..length as i32).collect()),
+            values: ColumnValues::Int32((0..length as i32).collect()),
         };
         self.columns.push((column, Vec::new()));
     }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::reader::not_finite;
 use super::schema::{self, TableSchema, group, root};
 use super::seal::{self, Seal};
-use super::source::{Holds, Object, Source};
+use super::source::{FileSource, Holds, Object};
 use super::{Reason, ResultError, ResultFile, Status};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, EventKind, Sample, Segment};
@@ -132,7 +132,7 @@ fn brings_about(kind: EventKind, before: Option<Mode>, after: Mode) -> bool {
 }
 
 struct Check {
-    source: Source,
+    source: FileSource,
     seal: Seal,
     report: CheckReport,
     absent: HashSet<String>,
@@ -140,7 +140,7 @@ struct Check {
 
 impl Check {
     fn open(path: &Path) -> Result<Check, ResultError> {
-        let source = Source::open(path)?;
+        let source = FileSource::open(path)?;
         let seal = read_seal(path)?;
         let found = source.text_attribute("", root::FORMAT)?;
         let format = match found {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::attributes::{AttributeValue, plain};
 use super::check::check_sound;
-use super::source::{DatasetInfo, Object, ObjectFault, Source};
+use super::source::{DatasetInfo, FileSource, Object, ObjectFault};
 use super::{Reason, ResultError, ResultFile};
 
 /// Contents of a file of this program.
@@ -35,7 +35,7 @@ impl Contents {
             Err(ResultError {
                 reason: Reason::AnotherKind(_),
                 ..
-            }) => of_file(&Source::open_known(path)?)?,
+            }) => of_file(&FileSource::open_known(path)?)?,
             Err(error) => return Err(error),
         };
         if !contents.growing {
@@ -61,7 +61,7 @@ impl ResultFile {
     }
 }
 
-fn of_file(source: &Source) -> Result<Contents, ResultError> {
+fn of_file(source: &FileSource) -> Result<Contents, ResultError> {
     let mut contents = Contents {
         attributes: Vec::new(),
         variables: Vec::new(),
@@ -91,7 +91,7 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
     Ok(contents)
 }
 
-fn list(source: &Source, group: &str, contents: &mut Contents) -> Result<(), ResultError> {
+fn list(source: &FileSource, group: &str, contents: &mut Contents) -> Result<(), ResultError> {
     for (name, value) in source.attributes(group)? {
         contents.attributes.push(AttributeInfo {
             group: format!("/{group}"),
@@ -107,7 +107,7 @@ fn group_of(path: &str, name: &str) -> String {
     format!("/{group}")
 }
 
-fn describe(source: &Source, path: &str, name: &str, info: &DatasetInfo) -> Result<VariableInfo, ResultError> {
+fn describe(source: &FileSource, path: &str, name: &str, info: &DatasetInfo) -> Result<VariableInfo, ResultError> {
     let described = source.described(path)?;
     let bounds = if info.holds.is_number() && !info.shape.is_empty() {
         bounds(source, path, info, described.fill.and_then(|fill| fill.number()))?
@@ -129,7 +129,7 @@ fn describe(source: &Source, path: &str, name: &str, info: &DatasetInfo) -> Resu
 }
 
 fn bounds(
-    source: &Source,
+    source: &FileSource,
     path: &str,
     info: &DatasetInfo,
     fill: Option<f64>,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_input, write_root};
 use super::certificate::Addition;
-use super::source::{Holds, Source, TableReader};
+use super::source::{FileSource, Holds, TableReader};
 use super::table::{create_file, create_group};
 use super::target::Reservation;
 use super::{AttributeValue, ResultError, Status, schema};
@@ -96,19 +96,19 @@ const GROUPS: [&str; 3] = ["branches", "points", "curves"];
 /// Branches read from a file, as columns by name. All readers fail if the file is damaged.
 #[derive(Debug)]
 pub struct StoredContinuation {
-    source: Source,
+    source: FileSource,
 }
 
 impl StoredContinuation {
     /// Whether the file at `path` is a continuation file.
     pub fn is_one(path: &Path) -> bool {
-        Source::is_of_format(path, schema::CONTINUATION_FORMAT)
+        FileSource::is_of_format(path, schema::CONTINUATION_FORMAT)
     }
 
     /// Opens a continuation file. Fails if it is missing, of another kind, of a newer version, or damaged.
     pub fn open(path: &Path) -> Result<StoredContinuation, ResultError> {
         Ok(StoredContinuation {
-            source: Source::open_format(path, schema::CONTINUATION_FORMAT)?,
+            source: FileSource::open_format(path, schema::CONTINUATION_FORMAT)?,
         })
     }
 

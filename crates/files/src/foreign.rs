@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use super::ResultError;
 use super::schema::attribute;
-use super::source::{DatasetInfo, Holds, Object, Source};
+use super::source::{DatasetInfo, FileSource, Holds, Object};
 
 /// An HDF5 file of any origin, open for reading.
 #[derive(Debug)]
 pub struct ForeignFile {
-    source: Arc<Source>,
+    source: Arc<FileSource>,
     infos: Vec<(String, DatasetInfo)>,
     left_out: Vec<(String, String)>,
     names: Vec<String>,
@@ -31,7 +31,7 @@ impl ForeignFile {
     /// # Errors
     /// The file is missing, not HDF5, truncated, damaged, locked by its writer, or without a readable variable.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let source = Source::open_with(path, Some(CHUNK_CACHE))?;
+        let source = FileSource::open_with(path, Some(CHUNK_CACHE))?;
         let (mut infos, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
         source.walk(&mut |path, member| {
             match &member.is {
@@ -146,7 +146,7 @@ impl ForeignFile {
 /// A variable of one or two dimensions.
 #[derive(Debug)]
 pub struct ForeignColumn {
-    source: Arc<Source>,
+    source: Arc<FileSource>,
     name: String,
 }
 

@@ -2,7 +2,7 @@
 
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, TableSchema};
-use super::values::Values;
+use super::values::ColumnValues;
 use super::{Addition, ResultError, Status, StickSlipTable};
 
 /// A table with its columns.
@@ -11,12 +11,15 @@ pub struct KeptTable {
     /// Name, unit and description of each column.
     pub schema: TableSchema,
     /// Columns in the order of `schema.variables`, all of one length.
-    pub columns: Vec<Values<'static>>,
+    pub columns: Vec<ColumnValues<'static>>,
 }
 
 impl KeptTable {
     fn new(schema: TableSchema) -> Self {
-        let columns = schema.variables.iter().map(|variable| Values::new(variable.kind, 0));
+        let columns = schema
+            .variables
+            .iter()
+            .map(|variable| ColumnValues::new(variable.kind, 0));
         KeptTable {
             columns: columns.collect(),
             schema,
@@ -25,7 +28,7 @@ impl KeptTable {
 
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, Values::len)
+        self.columns.first().map_or(0, ColumnValues::len)
     }
 }
 
@@ -98,7 +101,7 @@ impl TableRows for KeptRows {
 pub struct KeptView<'a> {
     /// Columns of [`KeptRows::tables`]. Further columns of a displayed table, such as the witness's, are not written:
     /// [`KeptEnd`] holds their contents.
-    pub tables: Vec<Vec<Values<'a>>>,
+    pub tables: Vec<Vec<ColumnValues<'a>>>,
     /// [`KeptRows::order`].
     pub order: &'a [u8],
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::attributes::AttributeValue;
 use super::schema::{self, Extension, attribute, group, root};
-use super::source::{DatasetInfo, Holds, Object, Source, uneven};
+use super::source::{DatasetInfo, FileSource, Holds, Object, uneven};
 use super::values::StoredNumber;
-use super::{Extra, Reason, ResultError, Status, StickSlipTable, Values};
+use super::{ColumnValues, Extra, Reason, ResultError, Status, StickSlipTable};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Channels, Cycle, Event, EventKind, RecordedChannel, Sample, Segment, State, channel};
 
@@ -20,7 +20,7 @@ const MOST_ROWS: usize = 1 << 21;
 /// A partial file can be read while it is written: each column then has its length at the time of opening.
 #[derive(Debug)]
 pub struct ResultFile {
-    pub(super) source: Source,
+    pub(super) source: FileSource,
     status: Status,
     title: String,
 }
@@ -41,7 +41,7 @@ impl ResultFile {
     }
 
     pub(super) fn open_unchecked(path: &Path) -> Result<Self, ResultError> {
-        let source = Source::open(path)?;
+        let source = FileSource::open(path)?;
         let found = source.text_attribute("", root::FORMAT)?;
         if found.as_deref() != Some(schema::FORMAT) {
             let own = schema::FORMATS.into_iter().find(|own| found.as_deref() == Some(*own));
@@ -399,10 +399,10 @@ impl ResultFile {
     }
 
     /// A column of [`Self::tables`] in its own type; in a partial file only the rows that are certain.
-    pub fn typed_column(&self, group: &str, name: &str) -> Result<Values<'static>, ResultError> {
+    pub fn typed_column(&self, group: &str, name: &str) -> Result<ColumnValues<'static>, ResultError> {
         if self.lacking(group, name)?.is_some() {
             let values = self.numbers(group, name, 0..self.table_rows(group)?)?;
-            return Ok(Values::Float64(values.into()));
+            return Ok(ColumnValues::Float64(values.into()));
         }
         let info = self.dataset(group, name)?;
         let all = 0..match schema::tables().iter().any(|table| table.group == group) {
@@ -410,10 +410,10 @@ impl ResultFile {
             false => info.size(),
         };
         Ok(match info.holds {
-            Holds::Integers(1) => Values::Int8(self.values(group, name, all)?.into()),
-            Holds::Integers(4) => Values::Int32(self.values(group, name, all)?.into()),
-            Holds::Integers(_) => Values::Int64(self.values(group, name, all)?.into()),
-            _ => Values::Float64(self.values(group, name, all)?.into()),
+            Holds::Integers(1) => ColumnValues::Int8(self.values(group, name, all)?.into()),
+            Holds::Integers(4) => ColumnValues::Int32(self.values(group, name, all)?.into()),
+            Holds::Integers(_) => ColumnValues::Int64(self.values(group, name, all)?.into()),
+            _ => ColumnValues::Float64(self.values(group, name, all)?.into()),
         })
     }
 

@@ -14,9 +14,9 @@ use super::attributes::describe;
 use super::packed::{DEFLATE_LEVEL, Packer};
 use super::raw;
 use super::schema::{StorageKind, TableSchema, Variable};
-use super::values::{StoredNumber, Values, each, with_type};
+use super::values::{ColumnValues, StoredNumber, each, with_type};
 
-impl Values<'_> {
+impl ColumnValues<'_> {
     pub(super) fn write(&self, dataset: &Dataset) -> hdf5::Result<()> {
         each!(self, list => dataset.write_raw(&list[..]))
     }

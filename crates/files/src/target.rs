@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced};
 use super::lock::{WriteLock, lock_path};
-use super::source::Source;
+use super::source::FileSource;
 use super::{Reason, ResultError, Status};
 use super::{schema, seal};
 
@@ -156,7 +156,7 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
         return Ok(false);
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    match Source::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
+    match FileSource::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
         Ok(format) => Ok(format.is_some_and(|format| schema::FORMATS.contains(&format.as_str()))),
         Err(error) if matches!(error.reason, Reason::InUse | Reason::NoReader(_)) => Err(error),
         Err(_) => Ok(stem.ends_with(".partial")),

@@ -47,7 +47,7 @@ pub(super) use with_type;
 
 /// Values of a column, owned or borrowed.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values<'a> {
+pub enum ColumnValues<'a> {
     /// Codes.
     Int8(Cow<'a, [i8]>),
     /// Indices.
@@ -61,23 +61,23 @@ pub enum Values<'a> {
 macro_rules! each {
     ($values:expr, $list:ident => $then:expr) => {
         match $values {
-            Values::Int8($list) => $then,
-            Values::Int32($list) => $then,
-            Values::Int64($list) => $then,
-            Values::Float64($list) => $then,
+            ColumnValues::Int8($list) => $then,
+            ColumnValues::Int32($list) => $then,
+            ColumnValues::Int64($list) => $then,
+            ColumnValues::Float64($list) => $then,
         }
     };
 }
 
 pub(super) use each;
 
-impl Values<'_> {
+impl ColumnValues<'_> {
     pub(super) fn new(kind: StorageKind, capacity: usize) -> Self {
         match kind {
-            StorageKind::Int8 => Values::Int8(Vec::with_capacity(capacity).into()),
-            StorageKind::Int32 => Values::Int32(Vec::with_capacity(capacity).into()),
-            StorageKind::Int64 => Values::Int64(Vec::with_capacity(capacity).into()),
-            StorageKind::Float64 => Values::Float64(Vec::with_capacity(capacity).into()),
+            StorageKind::Int8 => ColumnValues::Int8(Vec::with_capacity(capacity).into()),
+            StorageKind::Int32 => ColumnValues::Int32(Vec::with_capacity(capacity).into()),
+            StorageKind::Int64 => ColumnValues::Int64(Vec::with_capacity(capacity).into()),
+            StorageKind::Float64 => ColumnValues::Float64(Vec::with_capacity(capacity).into()),
         }
     }
 
@@ -92,22 +92,22 @@ impl Values<'_> {
     }
 
     /// Borrows the values.
-    pub fn view(&self) -> Values<'_> {
+    pub fn view(&self) -> ColumnValues<'_> {
         match self {
-            Values::Int8(list) => Values::Int8(Cow::Borrowed(list)),
-            Values::Int32(list) => Values::Int32(Cow::Borrowed(list)),
-            Values::Int64(list) => Values::Int64(Cow::Borrowed(list)),
-            Values::Float64(list) => Values::Float64(Cow::Borrowed(list)),
+            ColumnValues::Int8(list) => ColumnValues::Int8(Cow::Borrowed(list)),
+            ColumnValues::Int32(list) => ColumnValues::Int32(Cow::Borrowed(list)),
+            ColumnValues::Int64(list) => ColumnValues::Int64(Cow::Borrowed(list)),
+            ColumnValues::Float64(list) => ColumnValues::Float64(Cow::Borrowed(list)),
         }
     }
 
     /// Value of a row as a double, exact because counts are at most 2^53.
     pub(super) fn at(&self, row: usize) -> f64 {
         match self {
-            Values::Int8(list) => f64::from(list[row]),
-            Values::Int32(list) => f64::from(list[row]),
-            Values::Int64(list) => list[row] as f64,
-            Values::Float64(list) => list[row],
+            ColumnValues::Int8(list) => f64::from(list[row]),
+            ColumnValues::Int32(list) => f64::from(list[row]),
+            ColumnValues::Int64(list) => list[row] as f64,
+            ColumnValues::Float64(list) => list[row],
         }
     }
 
@@ -122,7 +122,7 @@ pub struct FileColumn {
     /// Name, unit and description.
     pub variable: Variable,
     /// Values.
-    pub values: Values<'static>,
+    pub values: ColumnValues<'static>,
 }
 
 impl FileColumn {
@@ -130,7 +130,7 @@ impl FileColumn {
     pub fn numbers(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
         FileColumn {
             variable: Variable::quantity(name, units, long_name),
-            values: Values::Float64(values.into_iter().collect()),
+            values: ColumnValues::Float64(values.into_iter().collect()),
         }
     }
 
@@ -138,7 +138,7 @@ impl FileColumn {
     pub fn counts(name: &str, long_name: &str, values: impl IntoIterator<Item = i64>) -> Self {
         FileColumn {
             variable: Variable::count(name, long_name),
-            values: Values::Int64(values.into_iter().collect()),
+            values: ColumnValues::Int64(values.into_iter().collect()),
         }
     }
 
@@ -148,7 +148,7 @@ impl FileColumn {
         variable.flags = words;
         FileColumn {
             variable,
-            values: Values::Int8(values.into_iter().collect()),
+            values: ColumnValues::Int8(values.into_iter().collect()),
         }
     }
 }

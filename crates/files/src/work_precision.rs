@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::attributes::{quantity, write_attribute, write_attributes, write_input, write_root};
-use super::source::Source;
+use super::source::FileSource;
 use super::table::{TableWriter, create_file, create_group};
 use super::target::Reservation;
 use super::{AttributeValue, ResultError, Status, schema};
@@ -48,13 +48,13 @@ impl WorkPrecisionFile {
 
     /// Whether the file at `path` is a work-precision study.
     pub fn is_one(path: &Path) -> bool {
-        Source::is_of_format(path, schema::WORK_PRECISION_FORMAT)
+        FileSource::is_of_format(path, schema::WORK_PRECISION_FORMAT)
     }
 
     /// Reads the data of a figure: title, methods, runs, description of the reference, uncertainties. Fails if the
     /// file is missing, of another kind, of a newer version, or damaged.
     pub fn read(path: &Path) -> Result<WorkPrecisionFile, ResultError> {
-        let source = Source::open_format(path, schema::WORK_PRECISION_FORMAT)?;
+        let source = FileSource::open_format(path, schema::WORK_PRECISION_FORMAT)?;
         let methods = source.described("runs/method")?.flags.into_iter().map(|flag| flag.1);
         let runs = source.table(schema::group::RUNS)?;
         let columns = schema::work_precision_runs(&[]).variables;

@@ -2,7 +2,7 @@
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
-use stickslip_system::signal::{Ramp, Signal, Table};
+use stickslip_system::signal::{Ramp, Signal, TimeTable};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ExactPiece {
@@ -38,7 +38,7 @@ pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<ExactPiece> {
             ExactPiece::constant(rise_time.clone(), value.clone()),
         ],
         Signal::Ramp(Ramp { value, .. }) => vec![ExactPiece::constant(zero(), value.clone())],
-        Signal::Table(Table { time, value }) => table_pieces(time, value),
+        Signal::TimeTable(TimeTable { time, value }) => table_pieces(time, value),
     }
 }
 

@@ -15,12 +15,12 @@ const LISTED: usize = 10;
 pub(super) struct Page {
     pub title: String,
     pub verdict: String,
-    pub parts: Vec<Part>,
+    pub parts: Vec<ReportPart>,
 }
 
-pub(super) enum Part {
+pub(super) enum ReportPart {
     Text(String),
-    Table(Table),
+    Table(ReportTable),
     Figure(DrawnPage),
 }
 
@@ -30,21 +30,21 @@ pub(super) struct DrawnPage {
     pub svg: String,
 }
 
-pub(super) struct Table {
+pub(super) struct ReportTable {
     pub title: String,
     pub header: Vec<&'static str>,
     pub rows: Vec<Vec<String>>,
     pub texts: usize,
 }
 
-impl Table {
+impl ReportTable {
     fn new(
         title: impl Into<String>,
         texts: usize,
         header: &[&'static str],
         rows: impl IntoIterator<Item = Vec<String>>,
-    ) -> Table {
-        Table {
+    ) -> ReportTable {
+        ReportTable {
             title: title.into(),
             header: header.to_vec(),
             rows: rows.into_iter().collect(),
@@ -55,18 +55,18 @@ impl Table {
 
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
     // The resolution comes first, because it limits all results below.
-    let mut parts: Vec<Part> = resolution(c).into_iter().map(Part::Text).collect();
-    parts.push(Part::Text(what_was_read(c)));
-    parts.extend(hysteresis(c).map(Part::Text));
+    let mut parts: Vec<ReportPart> = resolution(c).into_iter().map(ReportPart::Text).collect();
+    parts.push(ReportPart::Text(what_was_read(c)));
+    parts.extend(hysteresis(c).map(ReportPart::Text));
     for cause in c.causes.iter().skip(1) {
-        parts.push(Part::Text(format!("also: {}", cause.evidence)));
+        parts.push(ReportPart::Text(format!("also: {}", cause.evidence)));
     }
-    parts.push(Part::Table(statistics(c)));
-    parts.extend(c.score.as_ref().map(|found| Part::Table(score(found))));
+    parts.push(ReportPart::Table(statistics(c)));
+    parts.extend(c.score.as_ref().map(|found| ReportPart::Table(score(found))));
     if let Some(command) = &c.score_command {
-        parts.push(Part::Text(format!("score by the rules of the set: {command}")));
+        parts.push(ReportPart::Text(format!("score by the rules of the set: {command}")));
     }
-    parts.extend(c.parameters.as_ref().map(|found| Part::Table(numbers(found))));
+    parts.extend(c.parameters.as_ref().map(|found| ReportPart::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
         let mut text = format!(
@@ -77,50 +77,50 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             let (within, bound) = (e.within(), e.largest_bound());
             text += &format!("; {within} are within what the samples resolve, {bound:.1e} s at most");
         }
-        parts.push(Part::Text(text));
+        parts.push(ReportPart::Text(text));
     }
     if let Some(wrong) = &c.first_wrong {
-        parts.push(Part::Text(format!("first wrong event: {}", wrong.words())));
+        parts.push(ReportPart::Text(format!("first wrong event: {}", wrong.words())));
     }
     if let Some(cycles) = &c.cycles {
-        parts.push(Part::Text(growth(cycles)));
+        parts.push(ReportPart::Text(growth(cycles)));
     }
     if !c.sequence.is_empty() {
         let shown = if length == Length::Screen { LISTED } else { usize::MAX };
-        parts.push(Part::Table(sequence(&c.sequence, shown)));
+        parts.push(ReportPart::Table(sequence(&c.sequence, shown)));
         if c.sequence.len() > shown {
-            parts.push(Part::Text(format!("and {} more", c.sequence.len() - shown)));
+            parts.push(ReportPart::Text(format!("and {} more", c.sequence.len() - shown)));
         }
     }
-    parts.extend(channels(c).into_iter().map(Part::Table));
+    parts.extend(channels(c).into_iter().map(ReportPart::Table));
     if !c.impulses.is_empty() {
-        parts.push(Part::Table(impulses(c)));
-        parts.extend(impulse_notes(c).into_iter().map(Part::Text));
+        parts.push(ReportPart::Table(impulses(c)));
+        parts.extend(impulse_notes(c).into_iter().map(ReportPart::Text));
     }
     if let Some(text) = samples(c) {
-        parts.push(Part::Text(text));
+        parts.push(ReportPart::Text(text));
     }
     if let Some(drift) = &c.energy_drift {
-        parts.push(Part::Text(energy(drift)));
+        parts.push(ReportPart::Text(energy(drift)));
     }
     if !c.absent.is_empty() {
         let why = c.absent.iter().map(|absent| format!("{}: {}", absent.what, absent.why));
         let why = why.collect::<Vec<_>>().join("; ");
-        parts.push(Part::Text(format!("not compared: {why}")));
+        parts.push(ReportPart::Text(format!("not compared: {why}")));
     }
     if length == Length::Whole && e.matched > 0 {
-        parts.push(Part::Table(events(c)));
+        parts.push(ReportPart::Table(events(c)));
         // The growth summarises runs with many cycles; --json contains every event.
         let more = e.events.len().saturating_sub(most_events(c));
         if more > 0 {
-            parts.push(Part::Text(format!("and {more} more, which --json has")));
+            parts.push(ReportPart::Text(format!("and {more} more, which --json has")));
         }
     }
     if !c.case_differences.is_empty() {
         let row = |d: &stickslip_compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
         let header = ["key", "reference", "candidate"];
         let rows = c.case_differences.iter().map(row);
-        parts.push(Part::Table(Table::new(
+        parts.push(ReportPart::Table(ReportTable::new(
             "keys of the case that differ",
             3,
             &header,
@@ -134,7 +134,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
 }
 
-fn score(score: &Score) -> Table {
+fn score(score: &Score) -> ReportTable {
     let row = |name: &str, reference: String, candidate: String, error: String, relative: f64| {
         vec![name.to_owned(), reference, candidate, error, format!("{relative:.1e}")]
     };
@@ -176,11 +176,11 @@ fn score(score: &Score) -> Table {
         short(score.to),
         score.samples
     );
-    Table::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
+    ReportTable::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
 }
 
 /// Parameters of the case that differ in the candidate, and parameters that explain the difference equally well.
-fn numbers(found: &stickslip_compare::OtherParameters) -> Table {
+fn numbers(found: &stickslip_compare::OtherParameters) -> ReportTable {
     let row = |number: &stickslip_compare::OtherNumber| {
         let unit = if number.unit == "1" { "" } else { number.unit };
         let (value, error) = number.value_and_error();
@@ -194,7 +194,7 @@ fn numbers(found: &stickslip_compare::OtherParameters) -> Table {
     };
     let header = ["number", "reference", "candidate", "error", "unit"];
     let rows = found.numbers.iter().chain(&found.or).map(row);
-    Table::new("numbers of the case that it has otherwise", 1, &header, rows)
+    ReportTable::new("numbers of the case that it has otherwise", 1, &header, rows)
 }
 
 fn resolution(c: &Comparison) -> Option<String> {
@@ -214,7 +214,7 @@ fn resolution(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-fn impulses(c: &Comparison) -> Table {
+fn impulses(c: &Comparison) -> ReportTable {
     let row = |i: &stickslip_compare::ImpulseErrors| {
         vec![
             i.channel.clone().into_owned(),
@@ -229,7 +229,7 @@ fn impulses(c: &Comparison) -> Table {
     let (from, to, samples) = (short(first.from), short(first.to), first.samples);
     let title = format!("impulses from {from} to {to} s: {samples} samples");
     let header = ["impulse", "reference", "candidate", "max error", "at, s", "rms"];
-    Table::new(title, 1, &header, c.impulses.iter().map(row))
+    ReportTable::new(title, 1, &header, c.impulses.iter().map(row))
 }
 
 fn impulse_notes(c: &Comparison) -> Vec<String> {
@@ -344,7 +344,7 @@ fn short(time: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn statistics(c: &Comparison) -> Table {
+fn statistics(c: &Comparison) -> ReportTable {
     let number = |unit: &str, value: Option<f64>| match value {
         None => "none".to_owned(),
         Some(value) if unit == "1" => format!("{value}"),
@@ -365,10 +365,10 @@ fn statistics(c: &Comparison) -> Table {
         let name = s.name.replace('_', " ");
         vec![name, number(s.unit, s.reference), number(s.unit, s.candidate), error(s)]
     }));
-    Table::new("", 1, &["", "reference", "candidate", "error"], rows)
+    ReportTable::new("", 1, &["", "reference", "candidate", "error"], rows)
 }
 
-fn sequence(differences: &[Difference], shown: usize) -> Table {
+fn sequence(differences: &[Difference], shown: usize) -> ReportTable {
     let row = |d: &Difference| {
         let fault = match d.fault {
             Fault::Missing if d.shorter_than_interval => "missing: shorter than the interval".to_owned(),
@@ -386,10 +386,10 @@ fn sequence(differences: &[Difference], shown: usize) -> Table {
         ]
     };
     let rows = differences.iter().take(shown).map(row);
-    Table::new("", 2, &["sequence", "kind", "event", "time, s"], rows)
+    ReportTable::new("", 2, &["sequence", "kind", "event", "time, s"], rows)
 }
 
-fn channels(c: &Comparison) -> Vec<Table> {
+fn channels(c: &Comparison) -> Vec<ReportTable> {
     let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
     // Without an error there is no time of the largest error.
     let largest_at = |row: &ChannelErrors| Some(row.max_at).filter(|_| row.max > 0.0);
@@ -406,7 +406,7 @@ fn channels(c: &Comparison) -> Vec<Table> {
     let header = ["channel", "max error", "at, s", "rms", "scd", "mescd"];
     let table = |rows: &[ChannelErrors]| {
         let title = format!("{}: {} samples", rows[0].phase.name(), rows[0].samples);
-        Table::new(title, 1, &header, rows.iter().map(line))
+        ReportTable::new(title, 1, &header, rows.iter().map(line))
     };
     c.channels.chunk_by(|a, b| a.phase == b.phase).map(table).collect()
 }
@@ -428,7 +428,7 @@ fn samples(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-fn events(c: &Comparison) -> Table {
+fn events(c: &Comparison) -> ReportTable {
     let row = |e: &stickslip_compare::EventError| {
         vec![
             e.kind.to_owned(),
@@ -440,5 +440,5 @@ fn events(c: &Comparison) -> Table {
     };
     let header = ["kind", "event", "time in the reference, s", "error, s", "known to, s"];
     let rows = c.event_errors.events.iter().take(most_events(c)).map(row);
-    Table::new("matched events", 1, &header, rows)
+    ReportTable::new("matched events", 1, &header, rows)
 }

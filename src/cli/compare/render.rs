@@ -1,7 +1,7 @@
 //! Reports as text for a terminal, as Markdown and as HTML.
 
 use super::super::terminal as tables;
-use super::pages::{Page, Part, Table};
+use super::pages::{Page, ReportPart, ReportTable};
 use crate::plot::html::styled;
 use crate::plot::signature::REPORT as MARK;
 
@@ -11,10 +11,10 @@ pub(super) fn terminal(pages: &[Page]) -> String {
         for part in &page.parts {
             text.push('\n');
             match part {
-                Part::Text(paragraph) => text += &format!("{paragraph}\n"),
+                ReportPart::Text(paragraph) => text += &format!("{paragraph}\n"),
                 // Only a report in a file has figures.
-                Part::Figure(_) => {}
-                Part::Table(table) => {
+                ReportPart::Figure(_) => {}
+                ReportPart::Table(table) => {
                     if !table.title.is_empty() {
                         text += &format!("{}\n", table.title);
                     }
@@ -34,9 +34,9 @@ pub(super) fn markdown(pages: &[Page], shortfalls: &[String]) -> String {
         text += &format!("# {}\n\n**{}**\n\n", plain(&page.title), plain(&page.verdict));
         for part in &page.parts {
             match part {
-                Part::Text(paragraph) => text += &format!("{}\n\n", plain(paragraph)),
-                Part::Table(table) => text += &markdown_table(table),
-                Part::Figure(figure) => {
+                ReportPart::Text(paragraph) => text += &format!("{}\n\n", plain(paragraph)),
+                ReportPart::Table(table) => text += &markdown_table(table),
+                ReportPart::Figure(figure) => {
                     // A space or a bracket would end the address.
                     let file = figure.file.replace('%', "%25").replace(' ', "%20");
                     let file = plain(&file.replace('(', "%28").replace(')', "%29"));
@@ -52,7 +52,7 @@ pub(super) fn markdown(pages: &[Page], shortfalls: &[String]) -> String {
     text
 }
 
-fn markdown_table(table: &Table) -> String {
+fn markdown_table(table: &ReportTable) -> String {
     let mut text = String::new();
     if !table.title.is_empty() {
         text += &format!("## {}\n\n", plain(&table.title));
@@ -91,9 +91,9 @@ pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
         );
         for part in &page.parts {
             match part {
-                Part::Text(paragraph) => body += &format!("<p>{}</p>\n", safe(paragraph)),
-                Part::Table(table) => body += &html_table(table),
-                Part::Figure(figure) => {
+                ReportPart::Text(paragraph) => body += &format!("<p>{}</p>\n", safe(paragraph)),
+                ReportPart::Table(table) => body += &html_table(table),
+                ReportPart::Figure(figure) => {
                     // Inline SVG needs no namespace.
                     let svg = figure.svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
                     body += &format!("<figure>{svg}</figure>\n");
@@ -117,7 +117,7 @@ pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
 
 const STYLE: &str = include_str!("../../../data/page/report.css");
 
-fn html_table(table: &Table) -> String {
+fn html_table(table: &ReportTable) -> String {
     let mut text = String::new();
     if !table.title.is_empty() {
         text += &format!("<h2>{}</h2>\n", safe(&table.title));

@@ -2,7 +2,7 @@
 
 use super::super::CommandError;
 use super::super::arguments::CompareOptions;
-use super::pages::{Page, Part};
+use super::pages::{Page, ReportPart};
 use super::render;
 use crate::plot::target::{self, Product};
 use std::path::{Path, PathBuf};
@@ -61,7 +61,7 @@ impl ReportTarget {
     fn write_figures(&self, pages: &[Page]) -> Result<(), CommandError> {
         let figures = pages.iter().flat_map(|page| &page.parts);
         for part in figures {
-            let Part::Figure(figure) = part else { continue };
+            let ReportPart::Figure(figure) = part else { continue };
             let path = self.path.with_file_name(&figure.file);
             let figures = Product::Figure(Product::Report.option());
             target::check(&path, figures, &[], self.force)?;

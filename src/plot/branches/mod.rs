@@ -18,7 +18,7 @@ use super::studies::StudyEntry;
 use super::studies::data::drawn_axis;
 use super::style::{BLACK, BLUE, line_color};
 use plotters::style::RGBColor;
-use quantity::{QUANTITIES, Quantity};
+use quantity::{BranchQuantity, QUANTITIES};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, Special, Stored};
 use stickslip_analysis::cycle::CycleStability;
@@ -77,7 +77,7 @@ impl<'a> Branches<'a> {
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
-    pub fn quantity(&self, name: &str) -> Result<&'static Quantity, PlotError> {
+    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, PlotError> {
         let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
         let found = self.known().find(|quantity| quantity.name == name);
         found.ok_or_else(|| PlotError::NotInStudy {
@@ -89,8 +89,8 @@ impl<'a> Branches<'a> {
         })
     }
 
-    fn known(&self) -> impl Iterator<Item = &'static Quantity> {
-        let has = |quantity: &&'static Quantity| {
+    fn known(&self) -> impl Iterator<Item = &'static BranchQuantity> {
+        let has = |quantity: &&'static BranchQuantity| {
             let mut points = self
                 .stored
                 .branches
@@ -101,7 +101,7 @@ impl<'a> Branches<'a> {
         QUANTITIES.iter().filter(has)
     }
 
-    fn of_interest(&self) -> Vec<&'static Quantity> {
+    fn of_interest(&self) -> Vec<&'static BranchQuantity> {
         let cycles = self.stored.branches.iter().any(|branch| !branch.steady);
         let names: &[&str] = if cycles { &OF_CYCLES } else { &OF_STEADY };
         self.known().filter(|quantity| names.contains(&quantity.name)).collect()
@@ -150,7 +150,7 @@ impl<'a> Branches<'a> {
     }
 
     /// A quantity along all branches. Stable parts are solid, unstable parts dashed, and others dotted.
-    pub fn figure(&self, quantity: &Quantity) -> Figure {
+    pub fn figure(&self, quantity: &BranchQuantity) -> Figure {
         let stored = &self.stored;
         let mut curves = Vec::new();
         for (steady, what, color) in KINDS {
@@ -206,7 +206,7 @@ impl<'a> Branches<'a> {
     }
 }
 
-fn places(branch: &Branch, special: Special, quantity: &Quantity) -> Vec<(f64, f64)> {
+fn places(branch: &Branch, special: Special, quantity: &BranchQuantity) -> Vec<(f64, f64)> {
     let own = branch.points.iter().filter(|point| point.special == Some(special));
     let places = own.flat_map(|point| quantity.sides().map(move |of| (point.value, of(branch, point))));
     places.filter(|place| place.1.is_finite()).collect()

@@ -2,7 +2,7 @@
 
 use super::lines::{joined, links};
 use super::marks::mark;
-use super::quantity::{Quantity, Value};
+use super::quantity::{BranchQuantity, Value};
 use super::{Branches, KINDS, STYLES};
 use crate::plot::PlotError;
 use crate::plot::figure::{Axis, MarkShape};
@@ -33,7 +33,7 @@ const RADIUS: f64 = 4.5;
 pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
     target::check(path, Product::Page, &[file.path.to_owned()], force)?;
     let stored = &file.stored;
-    let chosen: Vec<&Quantity> = match quantities {
+    let chosen: Vec<&BranchQuantity> = match quantities {
         [] => file.known().collect(),
         names => names.iter().map(|name| file.quantity(name)).collect::<Result<_, _>>()?,
     };
@@ -102,7 +102,7 @@ fn firsts(branches: &[Branch]) -> impl Iterator<Item = usize> {
 }
 
 /// What is known of each point, in the order of the list.
-fn columns(file: &Branches, chosen: &[&Quantity]) -> Vec<PointColumn> {
+fn columns(file: &Branches, chosen: &[&BranchQuantity]) -> Vec<PointColumn> {
     let stored = &file.stored;
     let column = |of: Value| {
         points(file)

@@ -8,7 +8,7 @@ pub type Value = fn(&Branch, &BranchPoint) -> f64;
 
 /// A quantity of the points.
 #[derive(Debug, Clone, Copy)]
-pub struct Quantity {
+pub struct BranchQuantity {
     /// Name for `--quantity`.
     pub name: &'static str,
     /// Name in titles and lists.
@@ -30,7 +30,7 @@ enum Measure {
     Number,
 }
 
-impl Quantity {
+impl BranchQuantity {
     /// Unit in the notation of UDUNITS.
     pub fn unit<'a>(&self, stored: &'a Stored) -> &'a str {
         match self.measure {
@@ -57,8 +57,8 @@ impl Quantity {
     }
 }
 
-const fn one(name: &'static str, words: &'static str, measure: Measure, of: Value) -> Quantity {
-    Quantity {
+const fn one(name: &'static str, words: &'static str, measure: Measure, of: Value) -> BranchQuantity {
+    BranchQuantity {
         name,
         words,
         name_at_axis: words,
@@ -74,16 +74,16 @@ const fn both(
     name_at_axis: &'static str,
     measure: Measure,
     (low, high): (Value, Value),
-) -> Quantity {
-    Quantity {
+) -> BranchQuantity {
+    BranchQuantity {
         high: Some(high),
         ..one(name, words, measure, low).shorter(name_at_axis)
     }
 }
 
-impl Quantity {
-    const fn shorter(self, name_at_axis: &'static str) -> Quantity {
-        Quantity { name_at_axis, ..self }
+impl BranchQuantity {
+    const fn shorter(self, name_at_axis: &'static str) -> BranchQuantity {
+        BranchQuantity { name_at_axis, ..self }
     }
 }
 
@@ -123,7 +123,7 @@ fn growth_rate(branch: &Branch, point: &BranchPoint) -> f64 {
 }
 
 /// All quantities in the order of lists.
-pub const QUANTITIES: &[Quantity] = &[
+pub const QUANTITIES: &[BranchQuantity] = &[
     one("amplitude", "amplitude", Measure::Position, |_, point| {
         (point.position.1 - point.position.0) / 2.0
     }),

@@ -3,9 +3,9 @@
 use serde::Serialize;
 use std::rc::Rc;
 
-use super::form::{Form, Panel, Portrait};
-use super::orbit::Orbit;
-use super::pair::{Pair, paired};
+use super::form::{PageForm, PagePanel, PagePortrait};
+use super::orbit::PageOrbit;
+use super::pair::{PagePair, paired};
 use super::sparse::Sparse;
 use super::trajectory::Trajectory;
 use crate::plot::PlotError;
@@ -49,7 +49,7 @@ struct OneRun {
     /// mu_0 r, m, of forward and of backward sliding: multiplied by the contact force, the largest stick torque.
     breakaway_arms: Option<[f64; 2]>,
     torque_unit: &'static str,
-    modes: Modes,
+    modes: PageModes,
     events: Events,
     sparse: Sparse,
     /// The command that adds samples to sparse stretches.
@@ -64,17 +64,17 @@ pub(super) struct RunContent<'a> {
     natural_period: Option<f64>,
     beside_paper: bool,
     headline: Vec<HeadlineRow>,
-    certificate: Option<Certificate>,
-    certified: Option<Certified>,
+    certificate: Option<PageCertificate>,
+    certified: Option<PageCertified>,
     provenance: Vec<(String, String)>,
     case_text: String,
     resolved: String,
     cycles: Cycles,
-    panels: &'a [Panel],
-    portraits: &'a [Portrait],
+    panels: &'a [PagePanel],
+    portraits: &'a [PagePortrait],
     /// For runs without a stop.
     #[serde(skip_serializing_if = "Option::is_none")]
-    orbit: Option<Orbit>,
+    orbit: Option<PageOrbit>,
     notes: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) second: Option<Second>,
@@ -82,14 +82,14 @@ pub(super) struct RunContent<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Certificate {
+struct PageCertificate {
     /// (name, value)
     attributes: Vec<(String, String)>,
     columns: Vec<CertificateColumn>,
 }
 
 #[derive(Debug, Serialize)]
-struct Certified {
+struct PageCertified {
     /// s; infinite or NaN: unknown.
     uncertainty: Doubles,
     verdict: Codes,
@@ -108,7 +108,7 @@ struct CertificateColumn {
 
 /// Stretch k is from `start[k]` to `start[k + 1]`, or to the end of the run.
 #[derive(Debug, Serialize)]
-struct Modes {
+struct PageModes {
     names: Vec<&'static str>,
     start: Doubles,
     code: Codes,
@@ -154,7 +154,7 @@ pub(super) struct Second {
 
 impl Second {
     /// `events` and `form` belong to the first run.
-    pub(super) fn of(pair: &Pair, events: &[Event], form: &Form) -> Result<Second, PlotError> {
+    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, PlotError> {
         let own = shown(&pair.events, &pair.form);
         Ok(Second {
             run: OneRun::of(pair.file, &pair.form, &pair.events, &mut Vec::new())?,
@@ -166,7 +166,7 @@ impl Second {
 
 impl OneRun {
     /// `events` are those of the file; cuts are added to `notes`.
-    fn of(file: &ResultFile, form: &Form, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
+    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
         let (name, run) = (file_name(file.path()), form.run.as_deref());
         let sparse = run.map_or_else(|| Ok(Sparse::default()), Sparse::of)?;
         Ok(OneRun {
@@ -183,7 +183,11 @@ impl OneRun {
 }
 
 impl RunContent<'_> {
-    pub(super) fn of<'a>(file: &ResultFile, form: &'a Form, all_events: &[Event]) -> Result<RunContent<'a>, PlotError> {
+    pub(super) fn of<'a>(
+        file: &ResultFile,
+        form: &'a PageForm,
+        all_events: &[Event],
+    ) -> Result<RunContent<'a>, PlotError> {
         let mut notes = Vec::new();
         let case = form.run.as_ref().map(|run| &run.case);
         let events = shown(all_events, form);
@@ -196,7 +200,7 @@ impl RunContent<'_> {
         }
         let mut orbit = None;
         if let Some(run) = form.run.as_ref().filter(|run| !run.stops()) {
-            let (found, note) = Orbit::of(run)?;
+            let (found, note) = PageOrbit::of(run)?;
             notes.extend(note);
             orbit = Some(found);
         }
@@ -225,12 +229,12 @@ impl RunContent<'_> {
 }
 
 /// The first events, as far as their states fit on the page.
-fn shown<'a>(all: &'a [Event], form: &Form) -> &'a [Event] {
+fn shown<'a>(all: &'a [Event], form: &PageForm) -> &'a [Event] {
     let room = EVENTS.min(EVENT_VALUES / form.sides.len().max(1));
     &all[..all.len().min(room)]
 }
 
-fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
+fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
         return Ok(None);
     };
@@ -249,14 +253,14 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
         rows: column.rows,
         values: values.into_iter().collect(),
     });
-    Ok(Some(Certificate {
+    Ok(Some(PageCertificate {
         attributes: attributes.filter(|(_, value)| !value.is_empty()).collect(),
         columns: columns.collect(),
     }))
 }
 
 /// Certified uncertainties of the first `events` events, if any.
-fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, ResultError> {
+fn certified(file: &ResultFile, events: usize) -> Result<Option<PageCertified>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
         return Ok(None);
     };
@@ -265,7 +269,7 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     };
     let uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
     let whole = verdict.len() == events && uncertainty.len() >= events;
-    Ok(whole.then(|| Certified {
+    Ok(whole.then(|| PageCertified {
         uncertainty: uncertainty.into_iter().take(events).collect(),
         verdict: verdict.iter().map(|&code| code as i8).collect(),
         verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
@@ -313,7 +317,7 @@ fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
 
 impl Events {
     /// `count`: number in the file.
-    fn of(events: &[Event], form: &Form, count: usize) -> Events {
+    fn of(events: &[Event], form: &PageForm, count: usize) -> Events {
         let state = |(name, sides): &(String, Rc<Sides>)| EventState {
             name: name.clone(),
             before: sides.before.iter().take(events.len()).copied().collect(),
@@ -344,7 +348,7 @@ fn cycles(all: &[Event], events: &[Event]) -> Cycles {
 }
 
 /// Modes from the segments and, after the last one of an unfinished file, from the samples.
-fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
+fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<PageModes, ResultError> {
     let (mut starts, mut codes) = (Vec::new(), Vec::new());
     let mut push = |time: f64, code: i8| {
         if codes.last() != Some(&code) {
@@ -374,7 +378,7 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultErro
         // The rest has no colour.
         codes.push(-1);
     }
-    Ok(Modes {
+    Ok(PageModes {
         names: Mode::ALL.iter().map(|mode| mode.name()).collect(),
         start: starts.into_iter().collect(),
         code: codes.into_iter().collect(),

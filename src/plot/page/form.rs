@@ -26,7 +26,7 @@ const PANELS: &str = include_str!("../../../data/page/panels.json");
 const COLOURS: [&str; 6] = ["blue", "vermillion", "green", "orange", "purple", "black"];
 
 #[derive(Deserialize, Default)]
-struct Row {
+struct PageRow {
     /// "brake" or "others"; `None`: both.
     of: Option<&'static str>,
     title: &'static str,
@@ -42,7 +42,7 @@ struct Row {
 const LIMIT: &str = "breakaway_torque_backward";
 
 #[derive(Debug, Serialize)]
-pub(super) struct Curve {
+pub(super) struct PageCurve {
     pub(super) name: String,
     label: String,
     colour: &'static str,
@@ -50,9 +50,9 @@ pub(super) struct Curve {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct Panel {
+pub(super) struct PagePanel {
     title: String,
-    pub(super) curves: Vec<Curve>,
+    pub(super) curves: Vec<PageCurve>,
     /// Shown from the beginning, not only on request.
     pub(super) shown: bool,
     /// In a short view the panel shows the change since the left edge.
@@ -60,7 +60,7 @@ pub(super) struct Panel {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct Portrait {
+pub(super) struct PagePortrait {
     id: &'static str,
     heading: &'static str,
     hint: String,
@@ -77,13 +77,13 @@ struct PortraitAxis {
 }
 
 #[derive(Debug)]
-pub(super) struct Form {
+pub(super) struct PageForm {
     /// `None`: this version cannot read the case; the page then lacks two values and all that follows from the case.
     pub(super) run: Option<Box<DrawnRun>>,
     /// Columns of the trajectory on the page, in the order of the file.
     pub(super) variables: Vec<Variable>,
-    pub(super) panels: Vec<Panel>,
-    pub(super) portraits: Vec<Portrait>,
+    pub(super) panels: Vec<PagePanel>,
+    pub(super) portraits: Vec<PagePortrait>,
     /// Channels on both sides of each event; those of all runs first.
     pub(super) sides: Vec<(String, Rc<Sides>)>,
     /// mu_0 r, m: multiplied by the contact force, the largest stick torque; `None` for a contact without stick.
@@ -94,11 +94,11 @@ pub(super) struct Form {
     pub(super) whole_from: Option<f64>,
 }
 
-impl Form {
+impl PageForm {
     /// The form of a file; without a run, in the words of a brake.
-    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<Form, PlotError> {
+    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<PageForm, PlotError> {
         let of_every_file = schema::trajectory().variables;
-        let words = Words {
+        let words = PageWords {
             run: run.as_ref(),
             variables: run.as_ref().map_or(&of_every_file, |run| &run.variables),
             motion: run.as_ref().map_or(Motion::Rotation, |run| run.case.motion()),
@@ -110,7 +110,7 @@ impl Form {
         let attractor = run.as_ref().filter(|run| !run.stops()).map(shown);
         let whole_from = attractor.filter(|shown| shown.periodic).map(|shown| shown.window.0);
         let stick = run.as_ref().map(|run| &run.system).filter(|system| has_stick(system));
-        Ok(Form {
+        Ok(PageForm {
             sides: sides(file, run.as_ref(), &variables)?,
             portraits: words.portraits(),
             variables,
@@ -167,13 +167,13 @@ fn sides(
     Ok(found)
 }
 
-struct Words<'a> {
+struct PageWords<'a> {
     run: Option<&'a DrawnRun>,
     variables: &'a [Variable],
     motion: Motion,
 }
 
-impl Words<'_> {
+impl PageWords<'_> {
     /// Whether the page uses the words of the paper's brake; also if the case cannot be read.
     fn short(&self) -> bool {
         let is_brake = |run: &DrawnRun| run.stops() && run.is_short() && self.motion == Motion::Rotation;
@@ -199,15 +199,15 @@ impl Words<'_> {
         words.replace("{}", axis.as_ref().map_or(channel, |axis| axis.short()))
     }
 
-    fn panel(&self, title: &str, shown: bool, curves: &[(&str, &str, &'static str)]) -> Panel {
+    fn panel(&self, title: &str, shown: bool, curves: &[(&str, &str, &'static str)]) -> PagePanel {
         let curves = curves.iter().filter(|curve| self.has(curve.0));
-        let curves = curves.map(|&(name, label, colour)| Curve {
+        let curves = curves.map(|&(name, label, colour)| PageCurve {
             name: name.to_owned(),
             label: self.said(label, name),
             colour,
             limit: name == LIMIT,
         });
-        Panel {
+        PagePanel {
             title: self.said(title, ""),
             curves: curves.collect(),
             shown,
@@ -216,7 +216,7 @@ impl Words<'_> {
     }
 
     /// Panels for all inertias or shafts, one colour per curve; the first panel is shown.
-    fn each(&self, title: &str, shown: bool, what: &str) -> Vec<Panel> {
+    fn each(&self, title: &str, shown: bool, what: &str) -> Vec<PagePanel> {
         let of_side = |side: &'static str| {
             self.variables.iter().filter_map(move |variable| {
                 let number = variable.name.strip_prefix(&format!("{side}_{what}_"))?;
@@ -239,8 +239,9 @@ impl Words<'_> {
         channels.chunks(COLOURS.len()).enumerate().map(part).collect()
     }
 
-    fn panels(&self) -> Result<Vec<Panel>, PlotError> {
-        let mut rows: Vec<Row> = serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
+    fn panels(&self) -> Result<Vec<PagePanel>, PlotError> {
+        let mut rows: Vec<PageRow> =
+            serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
         let form = if self.short() { "brake" } else { "others" };
         let of_channel = |channel: &'static RecordedChannel| channel.curves.iter().map(|curve| (channel.name, curve));
         let mut recorded: Vec<(&str, &PanelCurve)> = channel::all().flat_map(of_channel).collect();
@@ -248,9 +249,9 @@ impl Words<'_> {
         recorded.sort_by_key(|(_, curve)| curve.place);
         for (_, curve) in &recorded {
             if rows.iter().all(|row| row.title != curve.panel) {
-                rows.push(Row {
+                rows.push(PageRow {
                     title: curve.panel,
-                    ..Row::default()
+                    ..PageRow::default()
                 });
             }
         }
@@ -275,7 +276,7 @@ impl Words<'_> {
         Ok(panels)
     }
 
-    fn portraits(&self) -> Vec<Portrait> {
+    fn portraits(&self) -> Vec<PagePortrait> {
         let general = self.run.filter(|_| !self.short());
         // Heading, place, hint, and channel and label of both axes.
         let mut rows = match general.map(|run| shown(run).axes) {
@@ -301,7 +302,7 @@ impl Words<'_> {
             label: self.said(label, name),
             jumps: name == "friction_torque",
         };
-        let portraits = rows.iter().map(|&(heading, id, hint, x, y)| Portrait {
+        let portraits = rows.iter().map(|&(heading, id, hint, x, y)| PagePortrait {
             id,
             heading,
             hint: self.said(hint, ""),

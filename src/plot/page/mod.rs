@@ -20,8 +20,8 @@ use super::run::samples;
 use super::target::{self, Product};
 use super::{DrawnRun, PlotError};
 use document::{RunContent, Second};
-use form::Form;
-use pair::Pair;
+use form::PageForm;
+use pair::PagePair;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::schema::META_MOTION;
 use stickslip_files::{ResultError, ResultFile, Status};
@@ -78,7 +78,7 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
     };
     let margin = MARGIN.0.max(MARGIN.1 * form.variables.len());
     let pair = second
-        .map(|second| Pair::of(&form, second, form_of(second)?))
+        .map(|second| PagePair::of(&form, second, form_of(second)?))
         .transpose()?;
     let beside = pair.as_ref().map(|pair| Second::of(pair, &events, &form)).transpose()?;
     document.content.second = beside;
@@ -139,12 +139,12 @@ fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
 
 /// The form of a file. An unreadable case is an error if the file states its motion; older files get a basic form in
 /// the words of a brake.
-fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
+fn form_of(file: &ResultFile) -> Result<PageForm, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     let run = match Case::read(&source, &[]) {
         Ok(_) => Some(DrawnRun::open(file.path())?),
         Err(error) if file.meta()?.iter().any(|(name, _)| name == META_MOTION) => return Err(error.into()),
         Err(_) => None,
     };
-    Form::of(file, run)
+    PageForm::of(file, run)
 }

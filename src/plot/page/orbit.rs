@@ -11,7 +11,7 @@ const POINTS: usize = 30_000;
 
 /// One period of the attractor, or the end of a run that is not periodic.
 #[derive(Debug, Serialize)]
-pub(super) struct Orbit {
+pub(super) struct PageOrbit {
     id: &'static str,
     heading: &'static str,
     hint: String,
@@ -38,9 +38,9 @@ struct OrbitLine {
     y: Doubles,
 }
 
-impl Orbit {
+impl PageOrbit {
     /// The orbit of the figure `phase-portrait`, and a note on omitted points.
-    pub(super) fn of(run: &DrawnRun) -> Result<(Orbit, Option<String>), PlotError> {
+    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), PlotError> {
         let ShownPortrait { axes, window, periodic } = shown(run);
         let period = run.attractor_period.filter(|_| periodic);
         let (heading, span) = match period {
@@ -77,7 +77,7 @@ impl Orbit {
         }
         let note =
             cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
-        let orbit = Orbit {
+        let orbit = PageOrbit {
             id: "portrait-orbit",
             heading,
             hint: format!("Relative velocity over {over}, of {span}{colours}{few}"),

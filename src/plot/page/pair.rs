@@ -3,7 +3,7 @@
 use std::iter::Peekable;
 use std::rc::Rc;
 
-use super::form::Form;
+use super::form::PageForm;
 use super::thinning::Blocks;
 use crate::plot::PlotError;
 use crate::plot::sides::Sides;
@@ -15,16 +15,16 @@ use stickslip_system::record::{CycleStatistics, Event};
 pub(super) const DIFFERENCE: &str = "difference_of_";
 
 #[derive(Debug)]
-pub(super) struct Pair<'a> {
-    pub(super) form: Form,
+pub(super) struct PagePair<'a> {
+    pub(super) form: PageForm,
     pub(super) file: &'a ResultFile,
     pub(super) events: Vec<Event>,
     pub(super) compared: Vec<String>,
 }
 
-impl<'a> Pair<'a> {
+impl<'a> PagePair<'a> {
     /// `form` belongs to the first run, `own` to the second, `other`.
-    pub(super) fn of(form: &Form, other: &'a ResultFile, mut own: Form) -> Result<Self, PlotError> {
+    pub(super) fn of(form: &PageForm, other: &'a ResultFile, mut own: PageForm) -> Result<Self, PlotError> {
         own.variables.retain(|variable| form.has(&variable.name));
         own.sides.retain(|(name, _)| form.has(name));
         let panels = form.panels.iter().filter(|panel| panel.shown && !panel.change);
@@ -32,7 +32,7 @@ impl<'a> Pair<'a> {
         let mut compared: Vec<String> = shown.filter(|name| own.has(name)).collect();
         compared.sort();
         compared.dedup();
-        Ok(Pair {
+        Ok(PagePair {
             form: own,
             file: other,
             events: other.events()?,
@@ -74,7 +74,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    fn line(&self, name: &str) -> Result<Line<'_, impl Iterator<Item = Sample>>, PlotError> {
+    fn line(&self, name: &str) -> Result<Line<'_, impl Iterator<Item = PageSample>>, PlotError> {
         let blocks = self.file.column_blocks("time")?.zip(self.file.column_blocks(name)?);
         let samples = blocks.flat_map(|(times, values)| {
             let both = times.and_then(|times| Ok(times.into_iter().zip(values?)));
@@ -91,7 +91,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-type Sample = Result<(f64, f64), ResultError>;
+type PageSample = Result<(f64, f64), ResultError>;
 
 /// A curve, evaluated in order of time.
 struct Line<'a, I: Iterator> {
@@ -101,10 +101,10 @@ struct Line<'a, I: Iterator> {
     sides: Option<Rc<Sides>>,
 }
 
-impl<I: Iterator<Item = Sample>> Line<'_, I> {
+impl<I: Iterator<Item = PageSample>> Line<'_, I> {
     /// The value at a time not before the previous one, and whether a sample is there.
     fn at(&mut self, time: f64) -> Result<(f64, bool), ResultError> {
-        let is_passed = |sample: &Sample| sample.as_ref().map_or(true, |sample| sample.0 < time);
+        let is_passed = |sample: &PageSample| sample.as_ref().map_or(true, |sample| sample.0 < time);
         while let Some(sample) = self.samples.next_if(is_passed) {
             self.left = Some(sample?);
         }

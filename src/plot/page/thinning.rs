@@ -13,13 +13,13 @@ const LEAST_REACH: usize = 16;
 const NEAR_EVENTS: f64 = 0.75;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Stretch {
+pub(super) struct ThinnedStretch {
     pub(super) rows: Range<usize>,
     /// Rows per bucket (fewer in the last); `None`: every sample is kept.
     pub(super) bucket: Option<usize>,
 }
 
-impl Stretch {
+impl ThinnedStretch {
     pub(super) fn entries(&self) -> usize {
         self.rows.len().div_ceil(self.bucket.unwrap_or(1))
     }
@@ -27,7 +27,7 @@ impl Stretch {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Plan {
-    pub(super) stretches: Vec<Stretch>,
+    pub(super) stretches: Vec<ThinnedStretch>,
     /// Number of events with the samples around them: all, unless there are too many.
     pub(super) events_covered: usize,
 }
@@ -38,7 +38,7 @@ impl Plan {
     pub(super) fn new(rows: usize, events: &[usize], whole: Range<usize>, room: usize) -> Plan {
         if rows <= room {
             return Plan {
-                stretches: vec![Stretch {
+                stretches: vec![ThinnedStretch {
                     rows: 0..rows,
                     bucket: None,
                 }],
@@ -61,12 +61,12 @@ impl Plan {
         let mut stretches = Vec::new();
         let mut next = 0;
         for range in full.into_iter().chain(std::iter::once(rows..rows)) {
-            stretches.push(Stretch {
+            stretches.push(ThinnedStretch {
                 rows: next..range.start,
                 bucket,
             });
             next = range.end;
-            stretches.push(Stretch {
+            stretches.push(ThinnedStretch {
                 rows: range,
                 bucket: None,
             });
@@ -94,8 +94,8 @@ impl Plan {
         })
     }
 
-    pub(super) fn fold(&self, blocks: Blocks) -> Result<Column, ResultError> {
-        let mut column = Column::default();
+    pub(super) fn fold(&self, blocks: Blocks) -> Result<ThinnedColumn, ResultError> {
+        let mut column = ThinnedColumn::default();
         let mut entries = self.entries();
         let mut entry = entries.next();
         let (mut row, mut first, mut low, mut high) = (0, None, f64::NAN, f64::NAN);
@@ -129,7 +129,7 @@ impl Plan {
 pub(super) type Blocks<'s> = Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>;
 
 #[derive(Debug, Default)]
-pub(super) struct Column {
+pub(super) struct ThinnedColumn {
     /// Value of each entry; the least one for a bucket.
     pub(super) values: Vec<f64>,
     /// Largest value of each bucket.

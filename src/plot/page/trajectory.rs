@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::form::Form;
-use super::pair::{DIFFERENCE, Pair};
-use super::thinning::{Blocks, Column, Plan, Stretch};
+use super::form::PageForm;
+use super::pair::{DIFFERENCE, PagePair};
+use super::thinning::{Blocks, Plan, ThinnedColumn, ThinnedStretch};
 use crate::plot::PlotError;
 use crate::plot::html::{Doubles, encoded};
 use crate::plot::run::dense_points;
@@ -25,7 +25,7 @@ pub(super) struct Trajectory {
     time: Doubles,
     /// Time of the last sample in each bucket, s.
     bucket_end: Doubles,
-    channels: Vec<Channel>,
+    channels: Vec<PageChannel>,
     notes: Vec<String>,
 }
 
@@ -38,7 +38,7 @@ struct StretchInfo {
 }
 
 #[derive(Debug, Serialize)]
-struct Channel {
+struct PageChannel {
     name: String,
     unit: String,
     description: String,
@@ -87,11 +87,11 @@ impl Trajectory {
     /// As much of a trajectory as fits into `room` bytes. `pair`: adds the differences from a second run.
     pub(super) fn of(
         file: &ResultFile,
-        form: &Form,
-        pair: Option<&Pair>,
+        form: &PageForm,
+        pair: Option<&PagePair>,
         room: usize,
     ) -> Result<Trajectory, PlotError> {
-        let source = Source::new(file, pair.is_none())?;
+        let source = PageSource::new(file, pair.is_none())?;
         let samples = source.rows;
         // A sample takes a time, an offset per channel and its share of a base; base64 adds a third.
         let columns = form.variables.len() + pair.map_or(0, |pair| pair.compared.len());
@@ -107,11 +107,11 @@ impl Trajectory {
             None => samples..samples,
         };
         let plan = Plan::new(samples, &events, whole.clone(), room);
-        let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(source.column_blocks(name)?) };
+        let fold = |name: &str| -> Result<ThinnedColumn, ResultError> { plan.fold(source.column_blocks(name)?) };
         let time = fold("time")?;
         let mut channels = Vec::with_capacity(columns);
-        let mut add = |name: &str, unit: &str, description: String, column: Column| {
-            channels.push(Channel {
+        let mut add = |name: &str, unit: &str, description: String, column: ThinnedColumn| {
+            channels.push(PageChannel {
                 name: name.to_owned(),
                 unit: unit.to_owned(),
                 description,
@@ -137,7 +137,7 @@ impl Trajectory {
             "Times, and the states at events, are exact. A sample's value is off by at most 1.2e-7 of the range that its \
              channel has among {BLOCK} consecutive ones."
         ));
-        let stretch = |s: &Stretch| StretchInfo {
+        let stretch = |s: &ThinnedStretch| StretchInfo {
             entries: s.entries(),
             samples_each: s.bucket.unwrap_or(1),
             bucket: s.bucket.is_some(),
@@ -180,16 +180,16 @@ fn notes(plan: &Plan, of: &str, samples: usize, events: usize, last_period: bool
     notes
 }
 
-struct Source<'f> {
+struct PageSource<'f> {
     file: &'f ResultFile,
     /// Dense output and its evaluation times, s.
     dense: Option<(DenseOutput<'f>, Vec<f64>)>,
     rows: usize,
 }
 
-impl<'f> Source<'f> {
+impl<'f> PageSource<'f> {
     /// The dense output if it is allowed and covers all samples.
-    fn new(file: &'f ResultFile, may_be_dense: bool) -> Result<Source<'f>, ResultError> {
+    fn new(file: &'f ResultFile, may_be_dense: bool) -> Result<PageSource<'f>, ResultError> {
         let samples = file.sample_count()?;
         let first = file.column("time", 0..samples.min(1))?;
         let last = file.column("time", samples.saturating_sub(1)..samples)?;
@@ -205,7 +205,7 @@ impl<'f> Source<'f> {
             (dense, times)
         });
         let rows = dense.as_ref().map_or(samples, |(_, times)| times.len());
-        Ok(Source { file, dense, rows })
+        Ok(PageSource { file, dense, rows })
     }
 
     fn of(&self) -> &'static str {

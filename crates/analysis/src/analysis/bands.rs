@@ -40,7 +40,7 @@ const TICK: (f64, f64) = (1e-3, 0.1);
 
 /// Stretch between an event and its predecessor. The last stretch ends with the run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stretch {
+pub struct BandStretch {
     /// Start, s.
     pub start: f64,
     /// End, s.
@@ -57,7 +57,7 @@ pub struct Stretch {
     pub rates: Vec<f64>,
 }
 
-impl Stretch {
+impl BandStretch {
     /// Error bound at the time of a row, in the column's unit. It holds beyond the uncertainty of both events.
     pub fn at_fixed_time(&self, column: usize) -> f64 {
         self.bands[column] + self.rates[column] * self.time_uncertainty
@@ -83,7 +83,7 @@ pub struct ChannelBand {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bands {
     /// One stretch before each event, and one to the end of the run.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<BandStretch>,
     /// Maxima over all converged stretches.
     pub channels: Vec<ChannelBand>,
 }
@@ -110,7 +110,7 @@ impl Bands {
     }
 }
 
-fn over(stretches: &[Stretch], value: &dyn Fn(&Stretch) -> f64) -> f64 {
+fn over(stretches: &[BandStretch], value: &dyn Fn(&BandStretch) -> f64) -> f64 {
     let known = stretches
         .iter()
         .filter(|s| s.converged)
@@ -441,7 +441,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         let converged = found.is_some();
         let (bands, rates) = found.unwrap_or_else(|| (unknown(), unknown()));
         let of_ends = ends().map(|event| event.uncertainty).fold(0.0, f64::max);
-        Stretch {
+        BandStretch {
             start: span.start,
             end: span.end,
             mode,
@@ -452,7 +452,7 @@ pub(super) fn bands(case: &Case, result: &MemoryRecorder, ladder: &[Finished], e
         }
     };
     let spans = compare.result.spans.iter().flatten().enumerate();
-    let stretches: Vec<Stretch> = spans.map(stretch).collect();
+    let stretches: Vec<BandStretch> = spans.map(stretch).collect();
     let channels = names.into_iter().enumerate().map(|(column, (name, unit))| ChannelBand {
         name,
         unit,

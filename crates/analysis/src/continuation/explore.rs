@@ -9,7 +9,7 @@ use super::station::Station;
 use super::study::ContinuationStudy;
 use crate::analysis::stability::SystemModes;
 use crate::cycle::{CycleError, CycleStability, Family, Guess, find, solve};
-use crate::sweep::{Journal, JournalError, Outcome};
+use crate::sweep::{Journal, JournalError, PointOutcome};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -231,7 +231,7 @@ pub(crate) struct Explorer<'a> {
     pub family: &'a Family,
     pub journal: &'a mut Journal,
     /// Points that are not yet in the journal, and time of the last write.
-    pub waiting: (Vec<Outcome>, Instant),
+    pub waiting: (Vec<PointOutcome>, Instant),
     pub stop: &'a dyn Fn() -> bool,
     pub told: &'a mut dyn FnMut(&Explored),
 }
@@ -452,7 +452,7 @@ impl Explorer<'_> {
                         Ok(found) => found,
                     };
                     let marks = found.iter().map(|found| follower.mark(found));
-                    let outcomes = marks.zip(number..).map(|(mark, number)| Outcome {
+                    let outcomes = marks.zip(number..).map(|(mark, number)| PointOutcome {
                         number,
                         result: Ok(flat(&mark)),
                         events: Vec::new(),
@@ -695,7 +695,7 @@ impl Explorer<'_> {
                     let values = points
                         .iter()
                         .flat_map(|point| [point.values[0], point.values[1], point.period]);
-                    self.waiting.0.push(Outcome {
+                    self.waiting.0.push(PointOutcome {
                         number,
                         result: Ok(values.collect()),
                         events: Vec::new(),

@@ -15,7 +15,7 @@ use super::limit::linear_limit;
 use super::running::{Running, RunningPoints};
 use super::study::Study;
 use super::tracer::{BoundaryCrossing, Tracer, place_in_plane};
-use super::{Outcome, quantity_index};
+use super::{PointOutcome, quantity_index};
 use crate::analysis::stability::growth::foreseen_exponent;
 use std::collections::{BTreeMap, BTreeSet};
 use stickslip_case::Setting;
@@ -164,7 +164,7 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
 }
 
 /// Contours of G in the first `planes`: exact if G needs no run, else from the `outcomes` of the first grid.
-fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<ContourLine> {
+fn growth_contours(tracer: &Tracer, outcomes: &[PointOutcome], planes: usize) -> Vec<ContourLine> {
     let Some(quantity) = quantity_index("growth_exponent").filter(|_| !tracer.spec.growth_contours.is_empty()) else {
         return Vec::new();
     };

@@ -1,7 +1,7 @@
 //! Specification of a boundary study: plane, criterion on a run's summary, and resolution.
 
 use super::axis::{AxisRange, ParameterAxis};
-use super::{Outcome, QUANTITIES, asked_for};
+use super::{PointOutcome, QUANTITIES, asked_for};
 use crate::study::StudyReader;
 use stickslip_case::Setting;
 use stickslip_case::document::PlacedValue;
@@ -64,7 +64,7 @@ impl Criterion {
     }
 
     /// Whether a run meets the criterion. A run without the value does not; a failed run is on no side of a boundary.
-    pub fn is_met(&self, outcome: &Outcome) -> bool {
+    pub fn is_met(&self, outcome: &PointOutcome) -> bool {
         let value = outcome.value(self.quantity);
         match self.comparison {
             ThresholdTest::AtLeast => value >= self.threshold,

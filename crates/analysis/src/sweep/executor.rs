@@ -6,7 +6,7 @@
 use super::axis::ParameterAxis;
 use super::error::{SweepEnd, SweepError};
 use super::journal::JournalError;
-use super::outcome::Outcome;
+use super::outcome::PointOutcome;
 use super::record::{encode, outcomes_of};
 use super::runner::{run_point, without_a_file};
 use super::study::{Design, Keep, Study, StudyPoint};
@@ -48,7 +48,7 @@ pub(super) fn run_elsewhere(
     points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     stop: &AtomicBool,
-    deliver: impl FnMut(Vec<Outcome>) -> Result<(), JournalError>,
+    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
 ) -> Result<(), SweepEnd> {
     let ended = run_tasks(study, points, executor, stop, deliver);
     if ended.is_err() {
@@ -62,7 +62,7 @@ fn run_tasks(
     mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     stop: &AtomicBool,
-    mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), JournalError>,
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
 ) -> Result<(), SweepEnd> {
     let failed = |message: String| SweepEnd::Error(SweepError::Executor(message));
     let study = text(&Portable::from(study))?;
@@ -148,7 +148,7 @@ pub fn evaluate(study: &str, points: &str, stop: &AtomicBool) -> Result<Option<V
 }
 
 /// Computing time (s) and outcomes of a task; `None` if `result` is not from [`evaluate`].
-fn opened(result: &[u8]) -> Option<(f64, Vec<Outcome>)> {
+fn opened(result: &[u8]) -> Option<(f64, Vec<PointOutcome>)> {
     let (seconds, records) = result.split_first_chunk()?;
     Some((f64::from_le_bytes(*seconds), outcomes_of(records)?))
 }

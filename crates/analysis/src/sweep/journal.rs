@@ -4,7 +4,7 @@
 //! the journal is valid up to the first torn record, and the later points run again. The sweep file is made from the
 //! journal in the order of the points, so it does not depend on the order of completion.
 
-use super::outcome::Outcome;
+use super::outcome::PointOutcome;
 use super::record::{encode, next_record};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -154,7 +154,7 @@ impl Journal {
     }
 
     /// Adds outcomes and returns when they are on the disk. After a failure earlier records stay valid.
-    pub fn append(&mut self, outcomes: &[Outcome]) -> Result<(), JournalError> {
+    pub fn append(&mut self, outcomes: &[PointOutcome]) -> Result<(), JournalError> {
         self.buffer.clear();
         let mut starts = Vec::with_capacity(outcomes.len());
         for outcome in outcomes {
@@ -174,7 +174,7 @@ impl Journal {
     }
 
     /// Outcome of a point; `None` without a record. Fails if the record has changed.
-    pub fn read(&mut self, number: u64) -> Result<Option<Outcome>, JournalError> {
+    pub fn read(&mut self, number: u64) -> Result<Option<PointOutcome>, JournalError> {
         let Some(&offset) = self.offsets.get(&number) else {
             return Ok(None);
         };

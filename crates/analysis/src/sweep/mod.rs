@@ -55,7 +55,7 @@ pub use error::SweepError;
 pub use executor::{Executor, evaluate};
 pub(crate) use file::{command_attribute, header, sweep_variables};
 pub use journal::{Existing, Journal, JournalError, journal_path};
-pub use outcome::{EventRow, Outcome, Values};
+pub use outcome::{EventRow, PointOutcome, Values};
 pub use report::{SweepProgress, SweepReport};
 pub use run::Sweep;
 pub use runner::{Integrate, IntegrateError, Integrated, Stopped, run_point, run_points, without_a_file};

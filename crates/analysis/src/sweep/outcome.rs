@@ -55,7 +55,7 @@ impl From<&Event> for EventRow {
 
 /// Outcome of a point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct PointOutcome {
     /// Number of the point in its study.
     pub number: u64,
     /// Summary, or reason of a failure.
@@ -64,7 +64,7 @@ pub struct Outcome {
     pub events: Vec<EventRow>,
 }
 
-impl Outcome {
+impl PointOutcome {
     /// Value of a quantity by its index; NaN if missing, as in the journal of a version that did not have it.
     pub fn value(&self, index: usize) -> f64 {
         let values = self.result.as_ref().map_or(&[][..], Vec::as_slice);

@@ -1,6 +1,6 @@
 //! Record of an outcome, in a journal or from another process.
 
-use super::outcome::{EventRow, Outcome};
+use super::outcome::{EventRow, PointOutcome};
 use std::io::{self, Read};
 use stickslip_system::record::EventKind;
 
@@ -11,7 +11,7 @@ const FRAME: usize = 8;
 const LONGEST_RECORD: u32 = 1 << 30;
 
 /// Outcome and length of the next record within `room` bytes; `None` if it is torn or has changed.
-pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Option<(Outcome, u64)>> {
+pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Option<(PointOutcome, u64)>> {
     let mut frame = [0u8; FRAME];
     if room < FRAME as u64 {
         return Ok(None);
@@ -29,7 +29,7 @@ pub(super) fn next_record(reader: &mut impl Read, room: u64) -> io::Result<Optio
 }
 
 /// Appends a framed record: number; count and values, or length and text of an error; events.
-pub(super) fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
+pub(super) fn encode(outcome: &PointOutcome, bytes: &mut Vec<u8>) {
     let start = bytes.len();
     bytes.extend_from_slice(&[0; FRAME]);
     bytes.extend_from_slice(&outcome.number.to_le_bytes());
@@ -61,7 +61,7 @@ pub(super) fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
 }
 
 /// Outcomes of consecutive records; `None` if one is torn or has changed.
-pub(super) fn outcomes_of(mut bytes: &[u8]) -> Option<Vec<Outcome>> {
+pub(super) fn outcomes_of(mut bytes: &[u8]) -> Option<Vec<PointOutcome>> {
     let mut outcomes = Vec::new();
     while !bytes.is_empty() {
         let room = bytes.len() as u64;
@@ -93,7 +93,7 @@ impl<'a> Cursor<'a> {
 }
 
 /// Decodes an unframed record of [`encode`]; `None` if malformed.
-fn decode(record: &[u8]) -> Option<Outcome> {
+fn decode(record: &[u8]) -> Option<PointOutcome> {
     let mut cursor = Cursor(record);
     let number = cursor.whole()?;
     let result = match cursor.byte()? {
@@ -123,5 +123,5 @@ fn decode(record: &[u8]) -> Option<Outcome> {
             internal_force: cursor.float()?,
         });
     }
-    cursor.0.is_empty().then_some(Outcome { number, result, events })
+    cursor.0.is_empty().then_some(PointOutcome { number, result, events })
 }

@@ -1,6 +1,6 @@
 //! Runs of points on a pool of threads, with one receiver of the outcomes.
 
-use super::outcome::{EventRow, Outcome, Values, values};
+use super::outcome::{EventRow, PointOutcome, Values, values};
 use super::study::{Study, StudyPoint};
 use crate::analysis::{Summary, recorded};
 use std::ops::ControlFlow;
@@ -82,7 +82,7 @@ pub fn run_points<E>(
     workers: usize,
     stop: &AtomicBool,
     integrate: &Integrate,
-    mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
     let given_up = AtomicBool::new(false);
     let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
@@ -131,9 +131,9 @@ pub fn run_point(
     point: &StudyPoint,
     integrate: &Integrate,
     halted: &dyn Fn() -> bool,
-) -> Result<Option<Outcome>, String> {
+) -> Result<Option<PointOutcome>, String> {
     let outcome = |result, events| {
-        Ok(Some(Outcome {
+        Ok(Some(PointOutcome {
             number: point.number,
             result,
             events,

@@ -3,7 +3,7 @@
 use super::error::SweepEnd;
 use super::executor::{Executor, run_elsewhere};
 use super::journal::Journal;
-use super::outcome::Outcome;
+use super::outcome::PointOutcome;
 use super::report::SweepProgress;
 use super::runner::{Integrate, run_points};
 use super::study::{Study, StudyPoint};
@@ -61,7 +61,7 @@ impl Running<'_> {
     }
 
     /// Runs a round of points after the first `start`, and returns all their outcomes in order.
-    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<Outcome>, SweepEnd> {
+    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<PointOutcome>, SweepEnd> {
         let numbered = |k: usize| start + k as u64;
         let held: Vec<bool> = (0..coordinates.len())
             .map(|k| self.journal.holds(numbered(k)))
@@ -102,7 +102,7 @@ impl Running<'_> {
             });
         };
         show(journal.points(), *failed);
-        let deliver = |group: Vec<Outcome>| {
+        let deliver = |group: Vec<PointOutcome>| {
             journal.append(&group)?;
             *failed += group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
             show(journal.points(), *failed);

@@ -3,7 +3,7 @@
 use super::axis::AxisRange;
 use super::criterion::BoundarySpec;
 use super::error::SweepEnd;
-use super::outcome::Outcome;
+use super::outcome::PointOutcome;
 use super::running::Running;
 use stickslip_case::Setting;
 
@@ -38,7 +38,7 @@ pub(super) struct Tracer<'a, 'b> {
 }
 
 impl Tracer<'_, '_> {
-    pub(super) fn round(&mut self, shares: &[(usize, [f64; 2])]) -> Result<Vec<Outcome>, SweepEnd> {
+    pub(super) fn round(&mut self, shares: &[(usize, [f64; 2])]) -> Result<Vec<PointOutcome>, SweepEnd> {
         let start = self.asked.len();
         for &(plane, share) in shares {
             let coordinates = place_in_plane(&self.planes[plane], self.spec, self.ranges, share);

@@ -2,7 +2,7 @@
 
 mod set;
 
-pub use set::{Budget, Combination, Extreme, Problem, ProblemColumn, ProblemSet, Summary, SummaryOf};
+pub use set::{Budget, Combination, Extreme, Problem, ProblemColumn, ProblemSet, ProblemSummary, SummaryOf};
 
 use super::CompareError;
 use super::candidate::{Candidate, Mapping, TimeOffset};

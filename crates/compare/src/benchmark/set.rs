@@ -44,7 +44,7 @@ pub struct Problem {
     pub grid: Vec<[f64; 3]>,
     /// Summary values of the motion.
     #[serde(default)]
-    pub summary: Vec<Summary>,
+    pub summary: Vec<ProblemSummary>,
     /// Upper bounds of the metrics, by name, that a good solver keeps.
     pub budget: Budget,
 }
@@ -89,7 +89,7 @@ pub type Combination = BTreeMap<String, f64>;
 
 /// A summary value of the motion.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Summary {
+pub struct ProblemSummary {
     /// Name, such as `period`.
     pub name: String,
     /// Meaning in words.

@@ -3,8 +3,8 @@
 use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
 use super::absent;
-use super::source::{Place, Source};
-use super::table::{BLOCK, Pass, Table, each_once, place_of};
+use super::source::{CandidatePlace, CandidateSource};
+use super::table::{BLOCK, CandidateTable, Pass, each_once, place_of};
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -15,21 +15,21 @@ use stickslip_system::quote::shown;
 /// the last comment before the numbers may be the header.
 #[derive(Debug)]
 pub(super) struct CsvTable {
-    source: Source,
+    source: CandidateSource,
     separator: u8,
-    headers: Vec<Header>,
+    headers: Vec<CsvHeader>,
     /// The first line is data. Unless a comment names the columns, they are called #1, #2, ...
     bare: bool,
 }
 
 #[derive(Debug)]
-struct Header {
+struct CsvHeader {
     name: String,
     unit: Option<String>,
 }
 
 impl CsvTable {
-    pub fn open(source: Source) -> Result<CsvTable, CompareError> {
+    pub fn open(source: CandidateSource) -> Result<CsvTable, CompareError> {
         let path = source.path();
         let (mut comment, mut commented) = (String::new(), 0);
         let mut header = None;
@@ -74,12 +74,12 @@ impl CsvTable {
             .map(|field| String::from_utf8_lossy(field).trim().to_owned());
         let fields: Vec<String> = fields.collect();
         let bare = fields.iter().all(|field| field.parse::<f64>().is_ok());
-        let numbered = |k| Header {
+        let numbered = |k| CsvHeader {
             name: format!("#{k}"),
             unit: None,
         };
-        let headers: Vec<Header> = match bare {
-            false => fields.iter().map(|field| Header::parse(field)).collect(),
+        let headers: Vec<CsvHeader> = match bare {
+            false => fields.iter().map(|field| CsvHeader::parse(field)).collect(),
             true => headers_in(&comment, fields.len()).unwrap_or_else(|| (1..=fields.len()).map(numbered).collect()),
         };
         let names: Vec<String> = headers.iter().map(|header| joined(&header.name)).collect();
@@ -95,7 +95,7 @@ impl CsvTable {
 
     fn position(&self, name: &str) -> Option<usize> {
         // OpenRadioss's th_to_csv fills titles with blanks.
-        let close = |h: &Header| h.name.contains("  ") && joined(&h.name) == joined(name);
+        let close = |h: &CsvHeader| h.name.contains("  ") && joined(&h.name) == joined(name);
         let known = place_of(self.headers.iter().map(|h| h.name.as_str()), name);
         known.or_else(|| self.headers.iter().position(close))
     }
@@ -125,27 +125,27 @@ impl CsvTable {
     }
 }
 
-impl Header {
-    fn parse(text: &str) -> Header {
+impl CsvHeader {
+    fn parse(text: &str) -> CsvHeader {
         for (open, close) in [('[', ']'), ('(', ')')] {
             if let Some((name, rest)) = text.split_once(open)
                 && let Some(unit) = rest.strip_suffix(close)
                 && !name.trim().is_empty()
             {
-                return Header {
+                return CsvHeader {
                     name: name.trim().to_owned(),
                     unit: Some(unit.trim().to_owned()),
                 };
             }
         }
-        Header {
+        CsvHeader {
             name: text.to_owned(),
             unit: None,
         }
     }
 }
 
-impl Table for CsvTable {
+impl CandidateTable for CsvTable {
     fn path(&self) -> &Path {
         self.source.path()
     }
@@ -255,7 +255,7 @@ fn joined(name: &str) -> String {
 }
 
 struct Records {
-    reader: csv::Reader<InputRows<Place>>,
+    reader: csv::Reader<InputRows<CandidatePlace>>,
     separator: u8,
     record: ByteRecord,
 }
@@ -283,12 +283,12 @@ fn join_blanks(record: &mut ByteRecord, separator: u8) {
 }
 
 /// Names of `columns` columns in a comment, as `numpy.savetxt` writes them.
-fn headers_in(comment: &str, columns: usize) -> Option<Vec<Header>> {
+fn headers_in(comment: &str, columns: usize) -> Option<Vec<CsvHeader>> {
     let is_name = |field: &&str| field.parse::<f64>().is_err();
     let names = [',', ';', '\t', ' '].into_iter().map(|separator| {
         let fields = comment.split(separator).map(str::trim);
         fields.filter(|field| !field.is_empty()).collect::<Vec<_>>()
     });
     let mut names = names.filter(|names| names.len() == columns && names.iter().all(is_name));
-    Some(names.next()?.into_iter().map(Header::parse).collect())
+    Some(names.next()?.into_iter().map(CsvHeader::parse).collect())
 }

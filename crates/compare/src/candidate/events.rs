@@ -3,9 +3,9 @@
 use super::super::resolution::Rounding;
 use super::super::{CompareError, Found};
 use super::csv::CsvTable;
-use super::mapping::{Column, Mapping, known_kind};
-use super::source::Source;
-use super::table::{Table, place, unread};
+use super::mapping::{MappedColumn, Mapping, known_kind};
+use super::source::CandidateSource;
+use super::table::{CandidateTable, place, unread};
 use super::{hdf5_or_npz, only, unit_factor};
 use std::path::Path;
 use stickslip_case::quantity::Dimension;
@@ -51,7 +51,7 @@ pub(super) fn own(path: &Path, events: &[Event], radius: f64) -> Result<Vec<Foun
 pub(super) type Read = (Vec<Found>, Option<Rounding>);
 
 /// The events of another program's file, next to its channels or in a separate file; `None` if there are none.
-pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Option<Read>, CompareError> {
+pub(super) fn find(table: &dyn CandidateTable, mapping: &Mapping, alone: bool) -> Result<Option<Read>, CompareError> {
     if let Some(path) = &mapping.event_file {
         let table = open(path)?;
         return read(&*table, mapping, true).map(Some);
@@ -66,18 +66,18 @@ pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<
     }
 }
 
-fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
-    let source = Source::open(path)?;
+fn open(path: &Path) -> Result<Box<dyn CandidateTable>, CompareError> {
+    let source = CandidateSource::open(path)?;
     match hdf5_or_npz(&source, &source.head(8)?)? {
         Some((_, table)) => Ok(table),
         None => Ok(Box::new(CsvTable::open(source)?)),
     }
 }
 
-fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
+fn read(table: &dyn CandidateTable, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
     let path = table.path();
     let choices = if alone { 4 } else { 2 };
-    let mapped = |column: &Option<Column>| column.as_ref().map(|column| column.name.clone());
+    let mapped = |column: &Option<MappedColumn>| column.as_ref().map(|column| column.name.clone());
     let lacks = |what: &str| {
         let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
         CompareError::whole(path, format!("has no column with the {what}s of events"), remedy)

@@ -1,7 +1,7 @@
 //! Columns of HDF5 files: result files, and files of other programs.
 
 use super::super::CompareError;
-use super::table::{BLOCK, LeftOut, Pass, Slice, Table, no_column, of_one_length};
+use super::table::{BLOCK, CandidateTable, LeftOut, Pass, Slice, no_column, of_one_length};
 use std::path::Path;
 use stickslip_files::{ForeignFile, ResultFile};
 use stickslip_system::quote::shown;
@@ -11,7 +11,7 @@ pub(super) struct OwnTable {
     pub file: ResultFile,
 }
 
-impl Table for OwnTable {
+impl CandidateTable for OwnTable {
     fn path(&self) -> &Path {
         self.file.path()
     }
@@ -75,7 +75,7 @@ fn is_end_of(path: &str, name: &str) -> bool {
         .is_some_and(|end| end.eq_ignore_ascii_case(name))
 }
 
-impl Table for ForeignTable {
+impl CandidateTable for ForeignTable {
     fn path(&self) -> &Path {
         self.file.path()
     }
@@ -135,7 +135,7 @@ impl Table for ForeignTable {
             last.map_or(Ok(()), |last| of_one_length(self.path(), name, rows, last))?;
             last = Some((name, rows));
             let is_row = slice.of.is_some() && stride == 1 && shape.len() == 2;
-            parts.push((column, Part::of(&shape, start, stride, is_row)));
+            parts.push((column, Hdf5Part::of(&shape, start, stride, is_row)));
         }
         let (rows, mut row) = (last.map_or(0, |last| last.1), 0);
         Ok(Box::new(move |columns| {
@@ -144,9 +144,9 @@ impl Table for ForeignTable {
             for ((source, part), column) in parts.iter().zip(columns) {
                 *column = match *part {
                     _ if range.is_empty() => Vec::new(),
-                    Part::Whole => source.read(std::slice::from_ref(&range))?,
-                    Part::Row(row) => source.read(&[row..row + 1, range.clone()])?,
-                    Part::Column(k) => source.read(&[range.clone(), k..k + 1])?,
+                    Hdf5Part::Whole => source.read(std::slice::from_ref(&range))?,
+                    Hdf5Part::Row(row) => source.read(&[row..row + 1, range.clone()])?,
+                    Hdf5Part::Column(k) => source.read(&[range.clone(), k..k + 1])?,
                 };
             }
             Ok(())
@@ -160,20 +160,20 @@ impl Table for ForeignTable {
     }
 }
 
-enum Part {
+enum Hdf5Part {
     Whole,
     Row(usize),
     Column(usize),
 }
 
-impl Part {
-    fn of(shape: &[usize], start: usize, stride: usize, is_row: bool) -> Part {
+impl Hdf5Part {
+    fn of(shape: &[usize], start: usize, stride: usize, is_row: bool) -> Hdf5Part {
         match shape {
-            [_] => Part::Whole,
-            [1, _] if start == 0 => Part::Row(0),
-            [_, 1] if start == 0 => Part::Column(0),
-            &[_, columns] if is_row => Part::Row(start / columns.max(1)),
-            _ => Part::Column(start % stride.max(1)),
+            [_] => Hdf5Part::Whole,
+            [1, _] if start == 0 => Hdf5Part::Row(0),
+            [_, 1] if start == 0 => Hdf5Part::Column(0),
+            &[_, columns] if is_row => Hdf5Part::Row(start / columns.max(1)),
+            _ => Hdf5Part::Column(start % stride.max(1)),
         }
     }
 }

@@ -10,7 +10,7 @@ use toml_edit::{Document, Item};
 
 /// A column of a candidate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Column {
+pub struct MappedColumn {
     /// A header of a CSV file, a member of an NPZ file, or a path in an HDF5 file; `NAME[2]`, `NAME[2,:]` or
     /// `NAME[:,2]` is a row or column of a two-dimensional array.
     pub name: String,
@@ -51,13 +51,13 @@ impl TimeOffset {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mapping {
     /// The column of times.
-    pub time: Option<Column>,
+    pub time: Option<MappedColumn>,
     /// Columns of channels.
-    pub channels: Vec<(Channel, Column)>,
+    pub channels: Vec<(Channel, MappedColumn)>,
     /// The column of event times.
-    pub event_time: Option<Column>,
+    pub event_time: Option<MappedColumn>,
     /// The column of event kinds.
-    pub event_kind: Option<Column>,
+    pub event_kind: Option<MappedColumn>,
     /// Separate file with the events.
     pub event_file: Option<PathBuf>,
     /// The candidate's names of the kinds of events.
@@ -76,9 +76,9 @@ pub struct Mapping {
     pub vocabulary: Vocabulary,
 }
 
-fn parse_column(text: &str, unit: Option<&str>, dimension: Dimension) -> Result<Column, String> {
+fn parse_column(text: &str, unit: Option<&str>, dimension: Dimension) -> Result<MappedColumn, String> {
     let factor = unit.map(|unit| factor(unit, dimension)).transpose()?;
-    Ok(Column {
+    Ok(MappedColumn {
         name: text.to_owned(),
         factor,
     })
@@ -101,7 +101,7 @@ pub(super) fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
 impl Mapping {
     /// Takes the columns `time` and `kind` as events, whatever else the table has, unless the mapping says otherwise.
     pub(super) fn stated(mut self) -> Mapping {
-        let column = |name: &str| Column {
+        let column = |name: &str| MappedColumn {
             name: name.to_owned(),
             factor: None,
         };
@@ -270,7 +270,7 @@ impl Mapping {
         })
     }
 
-    fn add(&mut self, channel: Channel, column: Column) {
+    fn add(&mut self, channel: Channel, column: MappedColumn) {
         self.channels.retain(|(known, _)| *known != channel);
         self.channels.push((channel, column));
     }
@@ -293,7 +293,7 @@ fn with_or_without_unit(text: &str, dimension: Dimension) -> Result<f64, String>
     number.or_else(|_| quantity::parse(text, dimension))
 }
 
-fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String> {
+fn column(item: &Item, key: &str, dimension: Dimension) -> Result<MappedColumn, String> {
     if let Some(name) = item.as_str() {
         return parse_column(name, None, dimension);
     }

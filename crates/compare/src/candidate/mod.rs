@@ -19,11 +19,11 @@ mod rows;
 mod source;
 mod table;
 
-pub use mapping::{Column, Mapping, TimeOffset};
+pub use mapping::{MappedColumn, Mapping, TimeOffset};
 pub use rows::Block;
 pub(super) use rows::Rows;
 
-use super::attractor::Attractor;
+use super::attractor::ComparedAttractor;
 use super::case_differences::{CaseDifference, case_differences};
 use super::reference::Physics;
 use super::resolution::{Clock, ClockWatch, Digital, Rounding};
@@ -33,13 +33,13 @@ use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
 use npz::NpzTable;
 use rows::Supply;
-use source::Source;
+use source::CandidateSource;
 use std::path::{Path, PathBuf};
 use stickslip_case::quantity::Dimension;
 use stickslip_files::{ForeignFile, Reason, ResultFile, check_sound};
 use stickslip_system::model::system::Pressing;
 use stickslip_system::quote::shown;
-use table::{LeftOut, Table, unread};
+use table::{CandidateTable, LeftOut, unread};
 
 const HEAD: u64 = 512;
 
@@ -50,7 +50,7 @@ pub(crate) struct Candidate {
     pub path: PathBuf,
     /// "result file", "HDF5", "CSV", "NPZ" or "events table".
     pub format: &'static str,
-    table: Option<Box<dyn Table>>,
+    table: Option<Box<dyn CandidateTable>>,
     columns: Vec<String>,
     pub clock: Clock,
     /// The first times show that they are rounded.
@@ -65,14 +65,14 @@ pub(crate) struct Candidate {
     pub events_rounding: Option<Rounding>,
     /// Differences between its case and the reference's; `None` unless it is a result file.
     differences: Option<Vec<CaseDifference>>,
-    pub attractor: Option<Attractor>,
+    pub attractor: Option<ComparedAttractor>,
 }
 
 impl Candidate {
     /// Opens a candidate. Fails if its format is unknown, if it is damaged, if it lacks a time column, if it has
     /// neither events nor a relative velocity, or if the mapping names a missing column.
     pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
-        let source = Source::open(path)?;
+        let source = CandidateSource::open(path)?;
         let head = source.head(HEAD)?;
         if head.starts_with(b"\x89HDF") {
             refuse_pipe(&source)?;
@@ -111,7 +111,7 @@ impl Candidate {
         }
         candidate.events = Some(events::own(path, &events, system.radius)?);
         candidate.differences = Some(case_differences(&physics.case, case));
-        candidate.attractor = Attractor::of_file(&file)?;
+        candidate.attractor = ComparedAttractor::of_file(&file)?;
         candidate.table = Some(Box::new(OwnTable { file }));
         Ok(candidate)
     }
@@ -144,7 +144,7 @@ impl Candidate {
     fn foreign(
         path: &Path,
         format: &'static str,
-        table: Box<dyn Table>,
+        table: Box<dyn CandidateTable>,
         mapping: &Mapping,
         physics: &Physics,
     ) -> Result<Candidate, CompareError> {
@@ -194,7 +194,7 @@ impl Candidate {
     }
 
     /// Estimates the rounding of the file's numbers from its first rows.
-    fn look_at_digits(&mut self, table: &dyn Table) -> Result<(), CompareError> {
+    fn look_at_digits(&mut self, table: &dyn CandidateTable) -> Result<(), CompareError> {
         let of_texts = table.roundings(&self.columns)?;
         let mut first = vec![Vec::new(); self.columns.len()];
         let mut pass = table.pass(&self.columns)?;
@@ -224,7 +224,7 @@ impl Candidate {
         Ok(())
     }
 
-    fn find_time(&mut self, table: &dyn Table, mapping: &Mapping) -> Result<(), CompareError> {
+    fn find_time(&mut self, table: &dyn CandidateTable, mapping: &Mapping) -> Result<(), CompareError> {
         let mapped = mapping.time.as_ref();
         let name = match mapped {
             Some(column) => Some(self::mapped(table, "time", &column.name)?),
@@ -244,7 +244,7 @@ impl Candidate {
     /// The column of a channel with its factor to SI, by the mapping or by name.
     fn find(
         &mut self,
-        table: &dyn Table,
+        table: &dyn CandidateTable,
         channel: Channel,
         mapping: &Mapping,
         physics: &Physics,
@@ -278,7 +278,7 @@ impl Candidate {
         Ok(Some((name, factor)))
     }
 
-    fn leave_out(&mut self, table: &dyn Table, names: &[&str]) {
+    fn leave_out(&mut self, table: &dyn CandidateTable, names: &[&str]) {
         let found = names.iter().filter_map(|name| unread(table, name));
         for left_out in found {
             if !self.left_out.iter().any(|known| known.name == left_out.name) {
@@ -301,7 +301,7 @@ impl Candidate {
         }
     }
 
-    fn there(&self, table: &dyn Table) -> String {
+    fn there(&self, table: &dyn CandidateTable) -> String {
         listed(&table.names()) + &self.without()
     }
 
@@ -395,9 +395,9 @@ impl Candidate {
     }
 }
 
-type OfFormat = (&'static str, Box<dyn Table>);
+type OfFormat = (&'static str, Box<dyn CandidateTable>);
 
-fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
+fn table_of(source: CandidateSource, head: &[u8]) -> Result<OfFormat, CompareError> {
     if let Some(known) = hdf5_or_npz(&source, head)? {
         return Ok(known);
     }
@@ -417,7 +417,7 @@ fn table_of(source: Source, head: &[u8]) -> Result<OfFormat, CompareError> {
     Ok(("CSV", Box::new(CsvTable::open(source)?)))
 }
 
-fn hdf5_or_npz(source: &Source, head: &[u8]) -> Result<Option<OfFormat>, CompareError> {
+fn hdf5_or_npz(source: &CandidateSource, head: &[u8]) -> Result<Option<OfFormat>, CompareError> {
     if head.starts_with(b"\x89HDF") {
         refuse_pipe(source)?;
         check_sound(source.path())?;
@@ -453,7 +453,7 @@ fn to_convert(path: &Path, head: &[u8]) -> Option<(&'static str, &'static str)> 
     None
 }
 
-fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
+fn refuse_pipe(source: &CandidateSource) -> Result<(), CompareError> {
     if source.is_piped() {
         let remedy = "save it in a file, and name that";
         return Err(CompareError::whole(source.path(), "HDF5 came through a pipe", remedy));
@@ -463,9 +463,9 @@ fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
 
 /// The factor to SI: from the mapping, from the file, or 1.
 fn unit_factor(
-    table: &dyn Table,
+    table: &dyn CandidateTable,
     name: &str,
-    mapped: Option<&Column>,
+    mapped: Option<&MappedColumn>,
     dimension: Dimension,
 ) -> Result<f64, CompareError> {
     if let Some(factor) = mapped.and_then(|column| column.factor) {
@@ -484,7 +484,7 @@ fn unit_factor(
 /// The only column that matches one of `names`, exactly or else nearly; `None` if there is none, an error if there are
 /// several. `taken` are columns of other channels.
 fn only(
-    table: &dyn Table,
+    table: &dyn CandidateTable,
     what: &str,
     names: &[&str],
     taken: &dyn Fn(&str) -> bool,
@@ -509,14 +509,14 @@ fn only(
     Ok(None)
 }
 
-fn mapped(table: &dyn Table, what: &str, name: &str) -> Result<String, CompareError> {
+fn mapped(table: &dyn CandidateTable, what: &str, name: &str) -> Result<String, CompareError> {
     if !table.has(name) {
         return Err(absent(table, name));
     }
     Ok(only(table, what, &[name], &|_| false)?.unwrap_or_else(|| name.to_owned()))
 }
 
-fn absent(table: &dyn Table, name: &str) -> CompareError {
+fn absent(table: &dyn CandidateTable, name: &str) -> CompareError {
     let remedy = "correct the mapping or the option --column";
     if let Some(left_out) = unread(table, name) {
         return left_out.error(table.path());

@@ -11,7 +11,7 @@ use winnow::token::{any, one_of, take_till, take_while};
 pub(super) const LONGEST_HEADER: usize = 1 << 20;
 
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct NpyHeader {
     /// The name of its type, such as `<f8`; `None`: it holds records.
     pub kind: Option<String>,
     pub fortran: bool,
@@ -20,9 +20,9 @@ pub(super) struct Header {
     pub end: usize,
 }
 
-impl Header {
+impl NpyHeader {
     /// Reads the header from the first bytes of an array, its end or [`LONGEST_HEADER`] of them; else says what is wrong.
-    pub fn read(start: &[u8]) -> Result<Header, String> {
+    pub fn read(start: &[u8]) -> Result<NpyHeader, String> {
         const CUT: &str = "ends within its header";
         let versioned = start.strip_prefix(b"\x93NUMPY").ok_or("is no array of NumPy")?;
         let (version, sized) = versioned.split_first_chunk().ok_or(CUT)?;
@@ -54,16 +54,16 @@ impl Header {
         let (mut kind, mut fortran, mut shape) = (None, None, None);
         for entry in entries {
             let twice = match entry {
-                Entry::Kind(its) => kind.replace(its).map(|_| "descr"),
-                Entry::Fortran(its) => fortran.replace(its).map(|_| "fortran_order"),
-                Entry::Shape(its) => shape.replace(its).map(|_| "shape"),
+                NpyEntry::Kind(its) => kind.replace(its).map(|_| "descr"),
+                NpyEntry::Fortran(its) => fortran.replace(its).map(|_| "fortran_order"),
+                NpyEntry::Shape(its) => shape.replace(its).map(|_| "shape"),
             };
             if let Some(key) = twice {
                 return Err(format!("has a header that states {key} twice"));
             }
         }
         let missing = |key: &str| format!("has a header without {key}");
-        Ok(Header {
+        Ok(NpyHeader {
             kind: kind.ok_or_else(|| missing("descr"))?,
             fortran: fortran.ok_or_else(|| missing("fortran_order"))?,
             shape: shape.ok_or_else(|| missing("shape"))?,
@@ -84,14 +84,14 @@ impl Header {
     }
 }
 
-enum Entry {
+enum NpyEntry {
     Kind(Option<String>),
     Fortran(bool),
     Shape(Vec<u64>),
 }
 
 /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`
-fn dictionary(input: &mut &[u8]) -> ModalResult<Vec<Entry>> {
+fn dictionary(input: &mut &[u8]) -> ModalResult<Vec<NpyEntry>> {
     let kind = alt((
         text.map(|name| Some(String::from_utf8_lossy(name).into_owned())),
         records.value(None),
@@ -101,9 +101,9 @@ fn dictionary(input: &mut &[u8]) -> ModalResult<Vec<Entry>> {
     let number = terminated(digit1.parse_to::<u64>(), opt(b'L'));
     let shape = delimited(b'(', separated(0.., token(number), b','), (opt(token(b',')), b')'));
     let entry = alt((
-        preceded(key(b"descr"), cut_err(token(kind))).map(Entry::Kind),
-        preceded(key(b"fortran_order"), cut_err(token(truth))).map(Entry::Fortran),
-        preceded(key(b"shape"), cut_err(token(shape))).map(Entry::Shape),
+        preceded(key(b"descr"), cut_err(token(kind))).map(NpyEntry::Kind),
+        preceded(key(b"fortran_order"), cut_err(token(truth))).map(NpyEntry::Fortran),
+        preceded(key(b"shape"), cut_err(token(shape))).map(NpyEntry::Shape),
     ));
     delimited(
         token(b'{'),
@@ -166,7 +166,7 @@ enum Kind {
 
 impl Element {
     /// How values of a type are read; of others what they are, and what to save instead.
-    pub fn of(header: &Header) -> Result<Element, (String, &'static str)> {
+    pub fn of(header: &NpyHeader) -> Result<Element, (String, &'static str)> {
         let Some(text) = &header.kind else {
             return Err(("holds records".to_owned(), "save each of their fields as an array"));
         };

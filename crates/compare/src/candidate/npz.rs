@@ -2,9 +2,9 @@
 
 use super::super::CompareError;
 use super::absent;
-use super::npy::{Element, Header, LONGEST_HEADER};
-use super::source::{Place, Source, temporary};
-use super::table::{BLOCK, LeftOut, Pass, Slice, Table, no_column, of_one_length, place_of};
+use super::npy::{Element, LONGEST_HEADER, NpyHeader};
+use super::source::{CandidatePlace, CandidateSource, temporary};
+use super::table::{BLOCK, CandidateTable, LeftOut, Pass, Slice, no_column, of_one_length, place_of};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use stickslip_system::quote::shown;
@@ -27,7 +27,7 @@ pub(super) struct NpzTable {
 #[derive(Debug)]
 struct Array {
     name: String,
-    file: Place,
+    file: CandidatePlace,
     /// Of the first element, bytes.
     start: u64,
     shape: Vec<usize>,
@@ -40,7 +40,7 @@ impl NpzTable {
     ///
     /// # Errors
     /// No such file, no zip archive, a damaged one, one with two members of a name, or none with arrays of numbers.
-    pub fn open(source: &Source) -> Result<NpzTable, CompareError> {
+    pub fn open(source: &CandidateSource) -> Result<NpzTable, CompareError> {
         let path = source.path();
         let io = CompareError::io(path);
         let damaged = |what: String| CompareError::whole(path, what, "write it again with numpy.savez");
@@ -99,13 +99,13 @@ impl NpzTable {
                 }
                 bytes = length;
                 unpacked = unpacked.checked_sub(bytes).ok_or_else(too_much)?;
-                (file, first) = (Place::from(kept), 0);
+                (file, first) = (CandidatePlace::from(kept), 0);
             }
             // The header is read as a whole, so that its length is not taken on trust.
             let mut head = Vec::new();
             let mut start = file.take(bytes.min(LONGEST_HEADER as u64));
             start.read_to_end(&mut head).map_err(&io)?;
-            let header = Header::read(&head).map_err(|why| of_member(&format!(" {why}")))?;
+            let header = NpyHeader::read(&head).map_err(|why| of_member(&format!(" {why}")))?;
             let element = match Element::of(&header) {
                 Ok(element) => element,
                 Err((why, remedy)) => {
@@ -141,7 +141,7 @@ impl NpzTable {
         Some(&self.arrays[place])
     }
 
-    fn column(&self, name: &str) -> Result<Column<'_>, CompareError> {
+    fn column(&self, name: &str) -> Result<NpzColumn<'_>, CompareError> {
         let slice = Slice::parse(name);
         let array = self.find(slice.array).ok_or_else(|| absent(self, name))?;
         if array.element.is_text() {
@@ -156,7 +156,7 @@ impl NpzTable {
         let (start, stride, left) = array
             .elements(&slice)
             .ok_or_else(|| no_column(&self.path, name, &array.shape))?;
-        Ok(Column {
+        Ok(NpzColumn {
             path: &self.path,
             name: name.to_owned(),
             array,
@@ -182,7 +182,7 @@ impl Array {
     }
 }
 
-impl Table for NpzTable {
+impl CandidateTable for NpzTable {
     fn path(&self) -> &Path {
         &self.path
     }
@@ -256,7 +256,7 @@ impl Table for NpzTable {
     }
 }
 
-struct Column<'a> {
+struct NpzColumn<'a> {
     path: &'a Path,
     name: String,
     array: &'a Array,
@@ -268,7 +268,7 @@ struct Column<'a> {
     bytes: Vec<u8>,
 }
 
-impl Column<'_> {
+impl NpzColumn<'_> {
     fn read(&mut self, column: &mut Vec<f64>) -> Result<(), CompareError> {
         column.clear();
         let (rows, element) = (self.left.min(BLOCK), self.array.element);

@@ -4,7 +4,7 @@ use super::super::reference::Physics;
 use super::super::resolution::{Clock, ClockWatch, Digital, Rounding};
 use super::super::vocabulary::{Known, Sum};
 use super::super::{Channel, CompareError};
-use super::table::{Pass, Table, place};
+use super::table::{CandidateTable, Pass, place};
 
 /// Consecutive samples of a candidate, in SI units and radians.
 #[derive(Debug, Clone, Default)]
@@ -93,7 +93,7 @@ pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
 }
 
 pub(crate) struct Rows<'a> {
-    table: &'a dyn Table,
+    table: &'a dyn CandidateTable,
     pass: Pass<'a>,
     names: Vec<String>,
     raw: Vec<Vec<f64>>,
@@ -107,7 +107,7 @@ pub(crate) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     pub(super) fn new(
-        table: &'a dyn Table,
+        table: &'a dyn CandidateTable,
         columns: &[String],
         clock: &'a Clock,
         mut supplies: Vec<Supply>,

@@ -10,22 +10,22 @@ use std::sync::Arc;
 const MOST_PIPED: u64 = 1 << 30;
 
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct CandidateSource {
     path: PathBuf,
     /// Temporary file without a name, so that nothing is left if a signal ends the program.
     piped: Option<Arc<File>>,
 }
 
-impl Source {
+impl CandidateSource {
     /// Opens a file; a pipe is read to its end. Fails for a missing file, a folder, a device, or an unreadable file.
-    pub fn open(path: &Path) -> Result<Source, CompareError> {
+    pub fn open(path: &Path) -> Result<CandidateSource, CompareError> {
         let failed = CompareError::io(path);
         let refused = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
         let kind = std::fs::metadata(path).map_err(&failed)?.file_type();
         if kind.is_dir() {
             return refused("this is a folder", "name a file in it");
         }
-        let mut source = Source {
+        let mut source = CandidateSource {
             path: path.to_owned(),
             piped: None,
         };
@@ -55,12 +55,12 @@ impl Source {
         self.piped.is_some()
     }
 
-    pub fn file(&self) -> Result<Place, CompareError> {
+    pub fn file(&self) -> Result<CandidatePlace, CompareError> {
         let file = match &self.piped {
             Some(kept) => Arc::clone(kept),
             None => Arc::new(File::open(&self.path).map_err(CompareError::io(&self.path))?),
         };
-        Ok(Place { file, at: 0 })
+        Ok(CandidatePlace { file, at: 0 })
     }
 
     pub fn head(&self, bytes: u64) -> Result<Vec<u8>, CompareError> {
@@ -76,19 +76,19 @@ pub(super) fn temporary() -> Result<File, CompareError> {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct CandidatePlace {
     file: Arc<File>,
     at: u64,
 }
 
-impl From<File> for Place {
+impl From<File> for CandidatePlace {
     fn from(file: File) -> Self {
         let file = Arc::new(file);
-        Place { file, at: 0 }
+        CandidatePlace { file, at: 0 }
     }
 }
 
-impl Place {
+impl CandidatePlace {
     pub fn length(&self) -> io::Result<u64> {
         Ok(self.file.metadata()?.len())
     }
@@ -96,11 +96,11 @@ impl Place {
     /// Fills `bytes` from the byte `at` of the file.
     pub fn read_at(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
         let file = Arc::clone(&self.file);
-        Place { file, at }.read_exact(bytes)
+        CandidatePlace { file, at }.read_exact(bytes)
     }
 }
 
-impl Read for Place {
+impl Read for CandidatePlace {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         #[cfg(unix)]
         let count = std::os::unix::fs::FileExt::read_at(&*self.file, buffer, self.at)?;
@@ -111,7 +111,7 @@ impl Read for Place {
     }
 }
 
-impl Seek for Place {
+impl Seek for CandidatePlace {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let at = match to {
             SeekFrom::Start(at) => Some(at),

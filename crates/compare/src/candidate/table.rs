@@ -12,7 +12,7 @@ pub(super) const BLOCK: usize = 65_536;
 /// errors name the place.
 pub(super) type Pass<'a> = Box<dyn FnMut(&mut [Vec<f64>]) -> Result<(), CompareError> + 'a>;
 
-pub(super) trait Table: std::fmt::Debug {
+pub(super) trait CandidateTable: std::fmt::Debug {
     fn path(&self) -> &Path;
     /// Names of the columns, as a mapping writes them.
     fn names(&self) -> Vec<String>;
@@ -73,7 +73,7 @@ impl LeftOut {
     }
 }
 
-pub(super) fn unread(table: &dyn Table, name: &str) -> Option<LeftOut> {
+pub(super) fn unread(table: &dyn CandidateTable, name: &str) -> Option<LeftOut> {
     let of = |why: String, remedy: &str| LeftOut {
         name: Slice::parse(name).array.to_owned(),
         why,

@@ -19,7 +19,7 @@ pub(in super::super) struct Fit<'a> {
 }
 
 #[derive(Debug, Clone)]
-pub(in super::super) struct Point {
+pub(in super::super) struct FitPoint {
     pub values: Vec<f64>,
     pub played: Played,
     /// Number of samples, or events, that are compared.
@@ -27,14 +27,14 @@ pub(in super::super) struct Point {
 }
 
 impl Fit<'_> {
-    pub fn at(&self, values: Vec<f64>) -> Option<Point> {
+    pub fn at(&self, values: Vec<f64>) -> Option<FitPoint> {
         let played = (self.play)(&values)?;
         let window = self.evidence.window(&played);
-        Some(Point { values, played, window })
+        Some(FitPoint { values, played, window })
     }
 
     /// d(residual)/d(value), in units of the value; `None` if it is not finite.
-    pub fn slope(&self, at: &Point, which: usize) -> Option<Vec<f64>> {
+    pub fn slope(&self, at: &FitPoint, which: usize) -> Option<Vec<f64>> {
         let own = self.evidence.residual(&at.played, at.window);
         let side = |step: f64| {
             let mut values = at.values.clone();
@@ -46,7 +46,7 @@ impl Fit<'_> {
         side(STEP).or_else(|| side(-STEP))
     }
 
-    pub fn refined(&self, values: Vec<f64>) -> Option<Point> {
+    pub fn refined(&self, values: Vec<f64>) -> Option<FitPoint> {
         let mut at = self.at(values)?;
         for _ in 0..STEPS {
             let slopes: Option<Vec<Vec<f64>>> = (0..self.units.len()).map(|which| self.slope(&at, which)).collect();

@@ -1,8 +1,8 @@
 //! One late event, or one early stick; all other events by the equations.
 
 use super::fit::Fit;
-use super::play::{Node, Played, Traced};
-use super::{Bench, Change, Score, Start};
+use super::play::{PlayNode, Played, Traced};
+use super::{Bench, Change, PlayScore, TrialStart};
 use stickslip_engine::simulation::Course;
 use stickslip_engine::workers::over_processors;
 use stickslip_system::record::EventKind;
@@ -79,7 +79,7 @@ impl Bench<'_> {
             return None;
         }
         let at = event.time + late;
-        let before: Vec<Node> = traced
+        let before: Vec<PlayNode> = traced
             .nodes
             .iter()
             .filter(|node| node.0 < event.time.min(at))
@@ -96,8 +96,8 @@ impl Bench<'_> {
             system.join(&course.outside(at), &mut y);
         }
         let case = self.numbers.case();
-        let start = Start::At(at, y);
-        let rest = Score {
+        let start = TrialStart::At(at, y);
+        let rest = PlayScore {
             start: &start,
             ..self.score_of(&case.system, case.threshold, &start)
         }

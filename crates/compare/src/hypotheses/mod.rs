@@ -21,12 +21,12 @@ pub(super) use apart::Apart;
 pub(super) use fit::Fit;
 pub(super) use judge::{EXPLAINED, Evidence, Judged};
 pub(super) use observation::{Observation, ObservationPass};
-pub(super) use play::{Played, Score, Traced};
+pub(super) use play::{PlayScore, Played, Traced};
 pub(super) use stepper::{Scheme, Stepper, Stop};
 
 use super::creep::SHAPES;
 use super::limit::Limit;
-use super::parameters::{Reading, Start, of_normal_force};
+use super::parameters::{Reading, TrialStart, of_normal_force};
 use super::reference::Physics;
 use judge::{ALL, CLOSE, EXACT};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -42,7 +42,7 @@ pub(super) struct Bench<'a> {
     pub begins: f64,
     pub numbers: &'a WrittenCase,
     pub evidence: Evidence<'a>,
-    pub starts: Vec<Start>,
+    pub starts: Vec<TrialStart>,
     /// Time (s) and state of the candidate's first sample, if it shows the state.
     pub first: Option<(f64, Vec<f64>)>,
     /// Like `first`, or else the reference's state there.
@@ -208,7 +208,8 @@ impl Bench<'_> {
     /// Whether a run of a change begins at one of the starts: another state at the reference's start is a change of its own.
     fn begins_at(&self, change: &Change, start: usize) -> bool {
         let first = self.first.as_ref().filter(|(time, _)| *time <= self.begins);
-        let own = matches!((self.starts.get(start), first), (Some(Start::At(at, _)), Some((time, _))) if at == time);
+        let own =
+            matches!((self.starts.get(start), first), (Some(TrialStart::At(at, _)), Some((time, _))) if at == time);
         !own || matches!(change, Change::State)
     }
 
@@ -277,8 +278,8 @@ impl Bench<'_> {
         Some(at(high))
     }
 
-    fn score_of<'a>(&self, system: &'a System, threshold: f64, start: &'a Start) -> Score<'a> {
-        Score {
+    fn score_of<'a>(&self, system: &'a System, threshold: f64, start: &'a TrialStart) -> PlayScore<'a> {
+        PlayScore {
             system,
             threshold,
             start,
@@ -302,7 +303,7 @@ impl Bench<'_> {
         system
     }
 
-    fn score(&self, system: &System, threshold: f64, start: &Start) -> Option<Played> {
+    fn score(&self, system: &System, threshold: f64, start: &TrialStart) -> Option<Played> {
         self.score_within(self.most_steps, system, threshold, start)
     }
 
@@ -311,13 +312,13 @@ impl Bench<'_> {
         most_steps: Option<usize>,
         system: &System,
         threshold: f64,
-        start: &Start,
+        start: &TrialStart,
     ) -> Option<Played> {
         let system = &match start {
-            Start::Case => system.clone(),
-            Start::At(..) => self.kicked(system),
+            TrialStart::Case => system.clone(),
+            TrialStart::At(..) => self.kicked(system),
         };
-        let score = Score {
+        let score = PlayScore {
             most_steps,
             ..self.score_of(system, threshold, start)
         };
@@ -342,8 +343,8 @@ impl Bench<'_> {
         let at = self.starts.get(start)?;
         match change {
             Change::State => match at {
-                Start::At(..) => self.score(own, threshold, at),
-                Start::Case => None,
+                TrialStart::At(..) => self.score(own, threshold, at),
+                TrialStart::Case => None,
             },
             Change::Numbers(changes) => self.with_numbers(start, changes),
             Change::NoKick => {
@@ -379,7 +380,7 @@ impl Bench<'_> {
     }
 
     /// The motion with a function of [`SHAPES`] that replaces the sign, with its speed (rad/s).
-    fn smoothed(&self, (shape, speed): (usize, f64), at: &Start, most_steps: Option<usize>) -> Option<Played> {
+    fn smoothed(&self, (shape, speed): (usize, f64), at: &TrialStart, most_steps: Option<usize>) -> Option<Played> {
         let Some(function) = SHAPES[shape].smoothing else {
             let (time, state) = self.origin.as_ref()?;
             let seen = self.evidence.observation?;
@@ -409,7 +410,7 @@ impl Bench<'_> {
         });
         let (start, mut judged) = judged.min_by(|a, b| a.1.left.total_cmp(&b.1.left))?;
         let with_steps = matches!(change, Change::Stepper(_) | Change::Both(..));
-        let own_state = with_steps || matches!(self.starts.get(start), Some(Start::At(..)));
+        let own_state = with_steps || matches!(self.starts.get(start), Some(TrialStart::At(..)));
         if matches!(change, Change::Smooth(..)) && self.evidence.observation.is_some() {
             judged = judged.by_samples();
         }
@@ -528,7 +529,7 @@ pub(super) struct Proposals {
 }
 
 #[derive(Debug)]
-pub(super) enum Found {
+pub(super) enum FoundChange {
     /// Changes that reproduce the candidate equally well, the simplest first.
     Causes(Vec<Tried>),
     /// No change, or two pairs of parameters equally well. The tried changes, the closest first.
@@ -545,7 +546,7 @@ const LEAST: f64 = 5e-4;
 
 impl Bench<'_> {
     /// Changes that reproduce the candidate, alone or two at once.
-    pub fn find(&self, proposals: Proposals, reading: &Reading) -> Found {
+    pub fn find(&self, proposals: Proposals, reading: &Reading) -> FoundChange {
         let Proposals {
             mut changes,
             mut tolerances,
@@ -592,7 +593,7 @@ impl Bench<'_> {
             .any(|tried| is_state(tried) && tried.judged.explained >= MUCH);
         if by_state && !with_state {
             // The errors before its first sample explain the difference.
-            return Found::Unexplained(Vec::new());
+            return FoundChange::Unexplained(Vec::new());
         }
         if by_state {
             tried.retain(|tried| is_state(tried) || !tried.own_state);
@@ -669,7 +670,7 @@ impl Bench<'_> {
             tried.splice(0..0, known);
         }
         let Some(best) = tried.iter().find(|tried| tried.is_cause()).cloned() else {
-            return Found::Unexplained(tried);
+            return FoundChange::Unexplained(tried);
         };
         let all = tried.clone();
         tried.retain(|tried| tried.is_cause() && tried.judged.as_much_as(&best.judged));
@@ -680,14 +681,14 @@ impl Bench<'_> {
         // If two pairs explain as much, neither is the cause.
         let is_pair = matches!(tried[0].change, Change::Numbers(_)) && tried[0].values > 1;
         if is_pair && tried.len() > 1 {
-            return Found::Unexplained(all);
+            return FoundChange::Unexplained(all);
         }
         for tried in &mut tried {
             if let Some(change) = self.beyond(tried) {
                 (tried.change, tried.beyond) = (change, true);
             }
         }
-        Found::Causes(tried)
+        FoundChange::Causes(tried)
     }
 
     /// Parameters, one or two at once, with which the motion comes closest to the candidate. The candidate's own first
@@ -713,7 +714,7 @@ impl Bench<'_> {
         }
         for (start, at) in self.starts.iter().enumerate() {
             let other = Change::Numbers(Vec::new());
-            if by_state && matches!(at, Start::At(..)) || !self.begins_at(&other, start) {
+            if by_state && matches!(at, TrialStart::At(..)) || !self.begins_at(&other, start) {
                 continue;
             }
             let proposed = numbers::propose(self, start, unknown, pairs, &guesses);

@@ -1,7 +1,7 @@
 //! Parameters of a case, one or two at once, with which a motion comes closest to a candidate.
 
 use super::Bench;
-use super::fit::{Fit, Point, left};
+use super::fit::{Fit, FitPoint, left};
 use super::unknown::{Numbers, Unknown};
 use stickslip_engine::workers::over_processors;
 
@@ -36,7 +36,7 @@ pub(super) fn propose(
             play: &|values: &[f64]| unknown[k].played(bench, start, values[0]),
             units: &[unknown[k].unit],
         };
-        let point = Point {
+        let point = FitPoint {
             values: vec![unknown[k].value],
             played: base.clone(),
             window,

@@ -3,7 +3,7 @@
 use super::super::candidate::{Block, Candidate};
 use super::super::crossings::Crossings;
 use super::super::detect::{Detection, Detector, Point};
-use super::super::reference::{Curve, Physics, Walk};
+use super::super::reference::{GapPolynomial, Physics, Walk};
 use super::super::resolution::Rounding;
 use super::super::vocabulary::Known;
 use super::super::{Channel, Found};
@@ -170,7 +170,7 @@ const UNKNOWN: f64 = 0.1;
 /// Channels of a reference at increasing times (s); NaN if unknown.
 fn at(mut walk: Walk<'_>, channels: &[Channel], times: &[f64]) -> Result<Vec<Vec<f64>>, ResultError> {
     let mut values = vec![vec![f64::NAN; times.len()]; channels.len()];
-    let mut curves: Vec<Curve> = Vec::new();
+    let mut curves: Vec<GapPolynomial> = Vec::new();
     for (row, &time) in times.iter().enumerate() {
         let Some((left, right, _)) = walk.at(time)? else {
             continue;
@@ -206,17 +206,17 @@ pub(in super::super) struct Observation {
 /// Rows in a row that contradict a motion, behind the first: a sample at the time of an event may show either side of it.
 const CONTRADICT: usize = 2;
 
-pub(super) type Values = Vec<Vec<f64>>;
+pub(super) type ObservedValues = Vec<Vec<f64>>;
 
 impl Observation {
-    pub fn reference_at(&self, walk: Walk<'_>, add: f64) -> Result<Values, ResultError> {
+    pub fn reference_at(&self, walk: Walk<'_>, add: f64) -> Result<ObservedValues, ResultError> {
         let times: Vec<f64> = self.time.iter().map(|time| time + add).collect();
         at(walk, &self.channels, &times)
     }
 
     /// Exchanges the motion of driven ends in the relative velocity of a motion under `course`, `add` (s) later, for the
     /// reference's, with which a file without that velocity is completed.
-    pub fn complete(&self, values: &mut Values, physics: &Physics, course: &Course, add: f64) {
+    pub fn complete(&self, values: &mut ObservedValues, physics: &Physics, course: &Course, add: f64) {
         let Some(velocity) = self.velocity().filter(|_| !self.drive.is_empty()) else {
             return;
         };
@@ -236,7 +236,7 @@ impl Observation {
 
     /// Events of a motion as they are found in the candidate; `None` without a relative velocity. `sticks`: the contact
     /// has a stick.
-    pub fn found(&self, motion: &Values, detection: Detection, sticks: bool) -> Option<Vec<SequenceEvent>> {
+    pub fn found(&self, motion: &ObservedValues, detection: Detection, sticks: bool) -> Option<Vec<SequenceEvent>> {
         let velocity = &motion[self.velocity()?];
         let force = self
             .channels
@@ -263,10 +263,10 @@ impl Observation {
 
     /// Whether a motion differs from the candidate, up to a time (s), where the candidate is still the reference. That is
     /// up to a difference of `least`, or of a thousandth of the largest, in parts of the sizes.
-    pub fn contradicts(&self, motion: &Values, least: f64, until: f64) -> bool {
+    pub fn contradicts(&self, motion: &ObservedValues, least: f64, until: f64) -> bool {
         const FIRST: f64 = 1e-3;
         let rows = 0..self.time.partition_point(|time| *time <= until);
-        let off = |of: &Values, row: usize| self.difference(of, row).map(f64::sqrt);
+        let off = |of: &ObservedValues, row: usize| self.difference(of, row).map(f64::sqrt);
         let reference: Vec<Option<f64>> = rows.map(|row| off(&self.reference, row)).collect();
         let largest = reference.iter().flatten().copied().fold(0.0, f64::max);
         [least, FIRST * largest].into_iter().any(|level| {
@@ -313,7 +313,7 @@ impl Observation {
     }
 
     /// Differences of the candidate from a motion in one sample, in parts of the sizes.
-    fn differences<'a>(&'a self, motion: &'a Values, row: usize) -> impl Iterator<Item = f64> + 'a {
+    fn differences<'a>(&'a self, motion: &'a ObservedValues, row: usize) -> impl Iterator<Item = f64> + 'a {
         let columns = self.values.iter().zip(motion).zip(&self.sizes);
         columns.map(move |((theirs, ours), size)| (theirs[row] - ours[row]) / size)
     }
@@ -328,7 +328,7 @@ impl Observation {
     }
 
     /// Square of the difference from a motion in one sample, in parts of the sizes; `None` if unknown.
-    pub fn difference(&self, motion: &Values, row: usize) -> Option<f64> {
+    pub fn difference(&self, motion: &ObservedValues, row: usize) -> Option<f64> {
         let square = self.differences(motion, row).map(|x| x * x).sum::<f64>();
         square.is_finite().then_some(square)
     }
@@ -339,7 +339,7 @@ impl Observation {
 
     /// Mean square of the differences from a motion, in parts of the sizes, up to a time (s) and where the reference is
     /// known; NaN if the motion is unknown in more than a few samples.
-    pub fn left(&self, motion: &Values, until: f64) -> f64 {
+    pub fn left(&self, motion: &ObservedValues, until: f64) -> f64 {
         let rows = self.time.partition_point(|time| *time <= until);
         let (mut sum, mut count, mut unknown) = (0.0, 0usize, 0usize);
         for row in (0..rows).filter(|&row| self.known(row)) {
@@ -357,7 +357,7 @@ impl Observation {
     }
 
     /// Mean square of the difference of two motions, in parts of the sizes, where both are known.
-    pub fn between(&self, a: &Values, b: &Values) -> f64 {
+    pub fn between(&self, a: &ObservedValues, b: &ObservedValues) -> f64 {
         let columns = a.iter().zip(b).zip(&self.sizes);
         let squares = columns.flat_map(|((a, b), size)| a.iter().zip(b).map(move |(a, b)| ((a - b) / size).powi(2)));
         let known = squares.filter(|square| square.is_finite());
@@ -366,7 +366,7 @@ impl Observation {
     }
 
     /// Sum of squares of the differences from a motion, in parts of the sizes, where it is known.
-    pub fn square(&self, motion: &Values) -> f64 {
+    pub fn square(&self, motion: &ObservedValues) -> f64 {
         (0..self.time.len())
             .filter_map(|row| self.difference(motion, row))
             .sum()
@@ -374,7 +374,7 @@ impl Observation {
 
     /// Last sample before two motions differ by more than a part of a channel's size, or one of them ends; `None` if
     /// they differ at once, or never.
-    pub fn parting(&self, a: &Values, b: &Values, part: f64) -> Option<usize> {
+    pub fn parting(&self, a: &ObservedValues, b: &ObservedValues, part: f64) -> Option<usize> {
         let columns = || a.iter().zip(b).zip(&self.sizes);
         let known = |row: &usize| columns().all(|((a, b), _)| a[*row].is_finite() && b[*row].is_finite());
         let far = |row: &usize| !columns().all(|((a, b), size)| (a[*row] - b[*row]).abs() <= part * size);
@@ -401,20 +401,20 @@ impl Observation {
     }
 
     /// Number of samples before the first that differs from a motion by more than a part of a channel's size.
-    pub fn close(&self, motion: &Values, part: f64) -> usize {
+    pub fn close(&self, motion: &ObservedValues, part: f64) -> usize {
         let far =
             |row: &usize| self.known(*row) && self.differences(motion, *row).any(|x| x.is_nan() || x.abs() > part);
         (0..self.time.len()).find(far).unwrap_or(self.time.len())
     }
 
     /// Number of samples, at most `rows`, before the first at which a motion is unknown.
-    pub fn known_up_to(&self, motion: &Values, rows: usize) -> usize {
+    pub fn known_up_to(&self, motion: &ObservedValues, rows: usize) -> usize {
         let unknown = |row: &usize| self.differences(motion, *row).any(|x| !x.is_finite());
         (0..rows).find(unknown).unwrap_or(rows)
     }
 
     /// Differences of a motion from the candidate in its first samples, channel by channel in parts of the sizes.
-    pub fn residual(&self, motion: &Values, rows: usize) -> Vec<f64> {
+    pub fn residual(&self, motion: &ObservedValues, rows: usize) -> Vec<f64> {
         let columns = self.values.iter().zip(motion).zip(&self.sizes);
         let each = columns.flat_map(|((theirs, ours), size)| {
             let pairs = theirs[..rows].iter().zip(&ours[..rows]);

@@ -3,9 +3,9 @@
 use super::super::Channel;
 use super::super::limit::Limit;
 use super::super::open_contact::sequence;
-use super::super::parameters::Start;
+use super::super::parameters::TrialStart;
 use super::super::reference::Physics;
-use super::observation::{Observation, Values};
+use super::observation::{Observation, ObservedValues};
 use std::ops::ControlFlow;
 use stickslip_engine::simulation::{Course, Method, OutputOptions, Progress, Simulation, SolverOptions, simulate_from};
 use stickslip_system::model::Mode;
@@ -23,11 +23,11 @@ const MOST_NODES: usize = 500_000;
 
 /// A run: its start, its end (s), and its most events and steps.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Score<'a> {
+pub(in super::super) struct PlayScore<'a> {
     pub system: &'a System,
     /// Threshold of a contact without stick, rad/s.
     pub threshold: f64,
-    pub start: &'a Start,
+    pub start: &'a TrialStart,
     pub end: f64,
     pub most_events: usize,
     pub most_steps: Option<usize>,
@@ -39,12 +39,12 @@ pub(in super::super) struct Score<'a> {
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct Played {
     /// NaN where the motion is unknown.
-    pub values: Values,
+    pub values: ObservedValues,
     pub events: Vec<SequenceEvent>,
     pub steps: u64,
 }
 
-impl Score<'_> {
+impl PlayScore<'_> {
     /// Events of the run; `None` if it fails or takes too long.
     pub fn events(&self) -> Option<Played> {
         self.run(false, &mut NoRecorder)
@@ -56,21 +56,21 @@ impl Score<'_> {
     }
 
     pub fn traced(&self) -> Option<Traced> {
-        let mut kept = Kept {
+        let mut kept = KeptPlay {
             course: Course::new(self.system, self.threshold, &self.solver()),
             further: Vec::new(),
             nodes: Vec::new(),
             begins: None,
         };
         let played = self.run(true, &mut kept)?;
-        let Kept {
+        let KeptPlay {
             course,
             mut nodes,
             begins,
             ..
         } = kept;
         // A run from a state has no sample at its start.
-        if let (Start::At(time, y), Some(mode)) = (self.start, begins)
+        if let (TrialStart::At(time, y), Some(mode)) = (self.start, begins)
             && nodes.first().is_none_or(|node| node.0 > *time)
         {
             nodes.insert(0, (*time, mode, y.clone()));
@@ -97,8 +97,8 @@ impl Score<'_> {
             further: steps,
         };
         let start = match self.start {
-            Start::Case => None,
-            Start::At(time, state) => Some((*time, &state[..])),
+            TrialStart::Case => None,
+            TrialStart::At(time, state) => Some((*time, &state[..])),
         };
         let output = OutputOptions {
             steps,
@@ -126,11 +126,11 @@ impl Score<'_> {
 }
 
 /// A state of a run: time (s), mode from there on, state.
-pub(super) type Node = (f64, Mode, Vec<f64>);
+pub(super) type PlayNode = (f64, Mode, Vec<f64>);
 
 pub(in super::super) struct Traced {
     pub course: Course,
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<PlayNode>,
     pub played: Played,
 }
 
@@ -157,15 +157,15 @@ impl Traced {
     }
 }
 
-struct Kept {
+struct KeptPlay {
     course: Course,
     /// State of the next sample, or before and after the next event.
     further: Vec<f64>,
-    nodes: Vec<Node>,
+    nodes: Vec<PlayNode>,
     begins: Option<Mode>,
 }
 
-impl Recorder for Kept {
+impl Recorder for KeptPlay {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.extend_from_slice(values);
         Ok(())
@@ -195,7 +195,13 @@ impl Recorder for Kept {
 }
 
 /// The channels at increasing times (s) of the motion that leads from each node to the next.
-fn sampled(course: &mut Course, nodes: &[Node], physics: &Physics, channels: &[Channel], times: &[f64]) -> Values {
+fn sampled(
+    course: &mut Course,
+    nodes: &[PlayNode],
+    physics: &Physics,
+    channels: &[Channel],
+    times: &[f64],
+) -> ObservedValues {
     let mut values = vec![vec![f64::NAN; times.len()]; channels.len()];
     let mut row = 0;
     for (k, (from, mode, y)) in nodes.iter().enumerate() {

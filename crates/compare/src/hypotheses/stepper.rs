@@ -3,7 +3,7 @@
 use super::super::Channel;
 use super::super::creep::SHAPES;
 use super::super::reference::Physics;
-use super::observation::{Observation, Values};
+use super::observation::{Observation, ObservedValues};
 use super::play::Played;
 use std::cmp::Ordering;
 use stickslip_engine::simulation::Course;
@@ -107,7 +107,7 @@ struct Expanded {
 /// Length of an expansion that short steps share, in natural periods.
 const SHARED: f64 = 0.125;
 
-struct Motion<'a> {
+struct SteppedMotion<'a> {
     physics: &'a Physics,
     /// Index in [`SHAPES`] of a function that replaces the sign, with its speed (rad/s).
     smooth: Option<(usize, f64)>,
@@ -122,14 +122,14 @@ struct Motion<'a> {
     scratch: [Vec<f64>; 5],
 }
 
-impl Motion<'_> {
+impl SteppedMotion<'_> {
     fn velocity(&self) -> f64 {
         self.physics
             .system()
             .relative_velocity(&self.course.outside(self.t), &self.y)
     }
 
-    fn read(&mut self, values: &mut Values, observation: &Observation, row: usize) {
+    fn read(&mut self, values: &mut ObservedValues, observation: &Observation, row: usize) {
         self.reading.stand_before(self.mode, self.t, &self.y);
         for (column, &channel) in values.iter_mut().zip(&observation.channels) {
             column[row] = match channel {
@@ -296,7 +296,7 @@ pub(super) fn creeping(
     let per_torque = 1.0 / system.rotor.surface_inertia() + 1.0 / system.stator.surface_inertia();
     let rate = system.law.coefficient(0.0) * system.radius * physics.course.largest_force() * per_torque / smooth.1;
     let longest = (SHORT / rate).min(SHORT / physics.course.fastest_rate());
-    let mut motion = Motion {
+    let mut motion = SteppedMotion {
         physics,
         smooth: Some(smooth),
         even: false,
@@ -341,9 +341,9 @@ const LEAVES: f64 = 0.05;
 const FARTHER: f64 = 100.0;
 const DISTINCT: f64 = 1e-8;
 
-struct Rows<'a> {
+struct StepperRows<'a> {
     observation: Option<&'a Observation>,
-    values: Values,
+    values: ObservedValues,
     row: usize,
     end: usize,
     /// Sums of squares of candidate minus motion, and of candidate minus reference. `whole`: final value of the second
@@ -353,10 +353,10 @@ struct Rows<'a> {
     given_up: bool,
 }
 
-impl<'a> Rows<'a> {
-    fn new(observation: Option<&'a Observation>, from: f64, end: usize) -> Rows<'a> {
+impl<'a> StepperRows<'a> {
+    fn new(observation: Option<&'a Observation>, from: f64, end: usize) -> StepperRows<'a> {
         let (channels, count) = observation.map_or((0, 0), |seen| (seen.channels.len(), seen.time.len()));
-        Rows {
+        StepperRows {
             observation,
             values: vec![vec![f64::NAN; count]; channels],
             row: observation.map_or(0, |seen| seen.time.partition_point(|time| *time < from)),
@@ -375,7 +375,7 @@ impl<'a> Rows<'a> {
         (self.row < self.end).then(|| observation.time[self.row])
     }
 
-    fn read(&mut self, motion: &mut Motion<'_>) {
+    fn read(&mut self, motion: &mut SteppedMotion<'_>) {
         let Some(observation) = self.observation else {
             return;
         };
@@ -413,7 +413,7 @@ impl Stepper {
         observation: Option<&Observation>,
         (to, rows): (f64, usize),
     ) -> Option<Played> {
-        let mut rows = Rows::new(observation, from, rows);
+        let mut rows = StepperRows::new(observation, from, rows);
         let last = match observation {
             Some(observation) => *observation.time.get(rows.end.checked_sub(1)?)?,
             None => to,
@@ -423,7 +423,7 @@ impl Stepper {
             return None;
         }
         let system = physics.system();
-        let mut motion = Motion {
+        let mut motion = SteppedMotion {
             physics,
             smooth: None,
             even: self.even,
@@ -441,7 +441,7 @@ impl Stepper {
             .collect();
         kicks.sort_by(|a, b| a.time.at().partial_cmp(&b.time.at()).unwrap_or(Ordering::Equal));
         let torque = |t: f64, y: &[f64]| system.tested_torque(&physics.course.outside(t), y);
-        let mode = |motion: &Motion<'_>| -> Option<Mode> {
+        let mode = |motion: &SteppedMotion<'_>| -> Option<Mode> {
             Some(match (physics.sticks(), motion.velocity()) {
                 (false, _) => Mode::Engaged,
                 (true, w) if w.abs() > 1e-12 * physics.speed() => Mode::sliding(w),
@@ -506,16 +506,16 @@ impl Stepper {
     /// A step, or its part up to an event; `true` if it was completed.
     fn part(
         &self,
-        motion: &mut Motion<'_>,
+        motion: &mut SteppedMotion<'_>,
         to: f64,
-        rows: &mut Rows<'_>,
+        rows: &mut StepperRows<'_>,
         events: &mut Vec<SequenceEvent>,
     ) -> Option<bool> {
         let (physics, system) = (motion.physics, motion.physics.system());
         let (from, start, before, mode) = (motion.t, motion.y.clone(), motion.velocity(), motion.mode);
-        let torque = |motion: &Motion<'_>| system.tested_torque(&physics.course.outside(motion.t), &motion.y);
+        let torque = |motion: &SteppedMotion<'_>| system.tested_torque(&physics.course.outside(motion.t), &motion.y);
         // The event at the end of a step to the current state.
-        let happens = |motion: &Motion<'_>| -> Option<Option<EventKind>> {
+        let happens = |motion: &SteppedMotion<'_>| -> Option<Option<EventKind>> {
             let driving = torque(motion);
             let limit = self.limit(physics, driving, motion.t)?;
             Some(match mode {
@@ -537,7 +537,7 @@ impl Stepper {
                 _ => None,
             })
         };
-        let go = |motion: &mut Motion<'_>, length: f64| {
+        let go = |motion: &mut SteppedMotion<'_>, length: f64| {
             motion.t = from;
             motion.y.copy_from_slice(&start);
             length == 0.0 || motion.step(self.scheme, length)

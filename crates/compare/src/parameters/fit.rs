@@ -45,7 +45,7 @@ pub(super) enum Fitted {
     },
 }
 
-struct Problem<'a> {
+struct FitProblem<'a> {
     numbers: &'a WrittenCase,
     absent: Vec<(&'a str, f64)>,
     stretches: &'a [Stretch],
@@ -60,7 +60,7 @@ struct Solution<'a> {
     left: f64,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> FitProblem<'a> {
     /// Residuals of all stretches with these parameters, in parts of the equations' terms; NaN if the parameters are
     /// invalid.
     fn missed(&self, changes: &[(&str, f64)], coarse: bool) -> Vec<f64> {
@@ -228,7 +228,7 @@ pub(super) fn fit<'a>(
             0.0
         }
     });
-    let mut problem = Problem {
+    let mut problem = FitProblem {
         numbers,
         absent: absent.iter().map(|path| (path.as_str(), 1.0)).collect(),
         stretches,

@@ -3,7 +3,7 @@
 use super::super::Channel;
 use super::super::candidate::Block;
 use super::super::reference::Physics;
-use super::mistake::Rerun;
+use super::mistake::EventAgreement;
 use serde::Serialize;
 use stickslip_system::model::equations::Outside;
 
@@ -26,7 +26,7 @@ pub struct OtherKick {
     #[serde(skip)]
     pub unit: &'static str,
     /// Agreement of the case with such a kick; `None` if it could not be run.
-    pub rerun: Option<Rerun>,
+    pub rerun: Option<EventAgreement>,
 }
 
 impl OtherKick {

@@ -52,13 +52,13 @@ pub struct OtherParameters {
     /// Other parameters that explain it as well, each alone.
     pub or: Vec<OtherNumber>,
     /// Agreement of the case with the parameters; `None` if it could not be run.
-    pub rerun: Option<Rerun>,
+    pub rerun: Option<EventAgreement>,
 }
 
 /// Agreement of the candidate's events with the case, and with the case with other parameters. Both runs begin where
 /// the candidate begins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Rerun {
+pub struct EventAgreement {
     /// Number of the candidate's events.
     pub events: usize,
     /// Agreement with the unchanged case.
@@ -69,14 +69,14 @@ pub struct Rerun {
     pub explained: f64,
 }
 
-impl Rerun {
-    pub(in super::super) fn of(events: usize, before: Agreement, after: Agreement) -> Rerun {
+impl EventAgreement {
+    pub(in super::super) fn of(events: usize, before: Agreement, after: Agreement) -> EventAgreement {
         let left = if before.cost > 0.0 {
             after.cost / before.cost
         } else {
             1.0
         };
-        Rerun {
+        EventAgreement {
             events,
             before,
             after,

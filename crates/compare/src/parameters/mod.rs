@@ -15,13 +15,13 @@ pub mod stretches;
 mod trials;
 
 pub use jump::OtherKick;
-pub use mistake::{Agreement, FoundBy, OtherNumber, OtherParameters, Rerun};
+pub use mistake::{Agreement, EventAgreement, FoundBy, OtherNumber, OtherParameters};
 
 pub(super) use fit::least_squares;
 pub(super) use jump::{JumpPass, other_kick};
 pub(super) use mistake::of_normal_force;
 pub(super) use stretches::StretchPass;
-pub(super) use trials::{Start, agreement};
+pub(super) use trials::{TrialStart, agreement};
 
 use super::limit::Limit;
 use fit::Fitted;
@@ -38,7 +38,7 @@ pub(super) struct Material<'a> {
     pub places: &'a [usize],
     /// Stretches of the candidate; `None` for an event table.
     pub stretches: Option<StretchPass>,
-    pub starts: Vec<Start>,
+    pub starts: Vec<TrialStart>,
     pub word: &'a [SequenceEvent],
     pub covered: (f64, f64),
     pub period: f64,
@@ -109,7 +109,7 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
     let Material {
         numbers: case, word, ..
     } = *material;
-    let trials = |start: &Start| Trials::new(material, start.clone());
+    let trials = |start: &TrialStart| Trials::new(material, start.clone());
     let number = |(path, value, error): &(String, f64, f64)| OtherNumber::of(case, path, *value, *error);
     let (held, by_channels) = match fitted {
         Fitted::Explained { numbers, explained, or } => {
@@ -137,7 +137,7 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
     let supported = another_breakaway(material).then_some(BREAKAWAY);
     for start in &material.starts {
         let trials = trials(start);
-        let later = matches!(start, Start::At(..));
+        let later = matches!(start, TrialStart::At(..));
         let of_start = |path: &str| is_initial(path) || past_kick(&material.system.kicks, path, start);
         let wanted = wanted.iter().filter(|(path, _)| !(later && of_start(path)));
         let wanted: Vec<_> = wanted.cloned().collect();
@@ -154,7 +154,7 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
         };
         let to_number = |hit: &search::Hit| OtherNumber::of(case, &hit.path, hit.value, hit.error);
         let from_torque = by_channels && supported == Some(best.path.as_str());
-        let rerun = Rerun::of(word.len(), before, best.after);
+        let rerun = EventAgreement::of(word.len(), before, best.after);
         return Some(OtherParameters {
             numbers: vec![to_number(best)],
             found_by: if from_torque {
@@ -185,8 +185,8 @@ fn is_initial(path: &str) -> bool {
     path.starts_with("initial.")
 }
 
-fn past_kick(kicks: &[Kick], path: &str, start: &Start) -> bool {
-    let Start::At(from, _) = start else { return false };
+fn past_kick(kicks: &[Kick], path: &str, start: &TrialStart) -> bool {
+    let TrialStart::At(from, _) = start else { return false };
     let index = path
         .strip_prefix("perturbation.")
         .and_then(|rest| rest.split('.').next()?.parse::<usize>().ok());

@@ -38,7 +38,7 @@ pub(super) struct Hit {
 /// 20 steps in a natural period, order 2 changes the frequency by some percent; with 100 by 5e-4.
 const LEAST_BY_EVENTS: f64 = 5e-4;
 
-struct Line<'a> {
+struct SearchLine<'a> {
     trials: &'a Trials<'a>,
     path: &'a str,
     value: f64,
@@ -46,13 +46,13 @@ struct Line<'a> {
 
 /// A point of a line: the logarithm of the factor, its events, and their agreement.
 #[derive(Clone)]
-struct Point {
+struct SearchPoint {
     s: f64,
     word: Vec<SequenceEvent>,
     agreement: Agreement,
 }
 
-impl Line<'_> {
+impl SearchLine<'_> {
     fn run(&self, s: f64) -> Option<Vec<SequenceEvent>> {
         self.trials.run(&[(self.path, self.value * s.exp())])
     }
@@ -63,19 +63,19 @@ impl Line<'_> {
         at(STEP).or_else(|| at(-STEP))
     }
 
-    fn at(&self, s: f64) -> Option<Point> {
+    fn at(&self, s: f64) -> Option<SearchPoint> {
         let word = self.run(s)?;
         let agreement = self.trials.agreement(&word);
-        Some(Point { s, word, agreement })
+        Some(SearchPoint { s, word, agreement })
     }
 
-    fn search(&self, base: &Point, guesses: &[f64]) -> Option<Point> {
+    fn search(&self, base: &SearchPoint, guesses: &[f64]) -> Option<SearchPoint> {
         let target = landmarks(self.trials.word);
         let own = landmarks(&base.word);
         let (beside, step_beside) = self.beside(0.0)?;
         let moved = landmarks(&beside);
         let mut best = base.clone();
-        let mut consider = |point: &Point| {
+        let mut consider = |point: &SearchPoint| {
             if point.agreement.cost < best.agreement.cost {
                 best = point.clone();
             }
@@ -112,7 +112,7 @@ impl Line<'_> {
     }
 
     /// Fits the times of events with partners. Returns the point, and the deviation of the logarithm.
-    fn refine(&self, from: Point) -> (Point, f64) {
+    fn refine(&self, from: SearchPoint) -> (SearchPoint, f64) {
         let (mut at, mut deviation) = (from, f64::INFINITY);
         for _ in 0..STEPS {
             let Some((beside, step_beside)) = self.beside(at.s) else {
@@ -166,7 +166,7 @@ pub(super) fn search(
 ) -> Option<(Agreement, Vec<Hit>)> {
     let word = trials.run(&[])?;
     let agreement = trials.agreement(&word);
-    let base = Point {
+    let base = SearchPoint {
         s: 0.0,
         word,
         agreement,
@@ -174,7 +174,7 @@ pub(super) fn search(
     let found = over_processors(paths.len(), &|| false, |index| {
         let (path, guesses) = &paths[index];
         let value = trials.numbers.number(path)?.value;
-        let line = Line { trials, path, value };
+        let line = SearchLine { trials, path, value };
         // Twice or half a value is the most common mistake.
         let factors = guesses.iter().map(|guess| guess / value).filter(|factor| *factor > 0.0);
         let logarithms: Vec<f64> = [2.0, 0.5].into_iter().chain(factors).map(f64::ln).collect();

@@ -39,7 +39,7 @@ struct Columns {
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct KeptStretch {
     stretches: Vec<Stretch>,
     /// Base-2 logarithm of the thinning, and the number of stretches before it.
     thinned: u32,
@@ -54,7 +54,7 @@ pub(in super::super) struct StretchPass {
     longest: f64,
     stick_slip: (f64, f64),
     breaks: Vec<f64>,
-    kept: [Kept; 2],
+    kept: [KeptStretch; 2],
 }
 
 /// Weights of the integral from the first to the last sample by the polynomial through the samples `of`; 0 for the

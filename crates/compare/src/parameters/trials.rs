@@ -2,7 +2,7 @@
 
 use super::Material;
 use super::mistake::Agreement;
-use crate::hypotheses::{Played, Score};
+use crate::hypotheses::{PlayScore, Played};
 use crate::limit::Limit;
 use stickslip_case::WrittenCase;
 use stickslip_system::record::EventKind;
@@ -15,7 +15,7 @@ const RELATED: f64 = 0.25;
 const BEYOND: f64 = 20.0;
 
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) enum Start {
+pub(in super::super) enum TrialStart {
     Case,
     At(f64, Vec<f64>),
 }
@@ -23,7 +23,7 @@ pub(in super::super) enum Start {
 #[derive(Debug)]
 pub(super) struct Trials<'a> {
     pub numbers: &'a WrittenCase,
-    start: Start,
+    start: TrialStart,
     end: f64,
     covered: (f64, f64),
     pub word: &'a [SequenceEvent],
@@ -33,7 +33,7 @@ pub(super) struct Trials<'a> {
 }
 
 impl<'a> Trials<'a> {
-    pub fn new(material: &Material<'a>, start: Start) -> Trials<'a> {
+    pub fn new(material: &Material<'a>, start: TrialStart) -> Trials<'a> {
         let Material {
             numbers,
             word,
@@ -66,7 +66,7 @@ impl<'a> Trials<'a> {
 
     pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
         let case = self.numbers.with_all(changes).ok()?;
-        let score = Score {
+        let score = PlayScore {
             system: &case.system,
             threshold: case.threshold,
             start: &self.start,

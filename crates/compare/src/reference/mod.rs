@@ -12,4 +12,4 @@ mod walk;
 pub use nodes::{BeforeAndAfter, states_at_events};
 pub use physics::{Physics, TimeScale};
 pub(crate) use rerun::Rerun;
-pub(crate) use walk::{Curve, Walk};
+pub(crate) use walk::{GapPolynomial, Walk};

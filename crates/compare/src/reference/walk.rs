@@ -22,16 +22,16 @@ const MOST_STEPS: usize = 100_000;
 
 /// A channel in one gap, as a polynomial of the passed part of the gap.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Curve {
+pub(crate) struct GapPolynomial {
     coefficients: [f64; TERMS],
     terms: usize,
 }
 
-impl Curve {
-    fn line(from: f64, to: f64) -> Curve {
+impl GapPolynomial {
+    fn line(from: f64, to: f64) -> GapPolynomial {
         let mut coefficients = [0.0; TERMS];
         (coefficients[0], coefficients[1]) = (from, to - from);
-        Curve { coefficients, terms: 2 }
+        GapPolynomial { coefficients, terms: 2 }
     }
 
     #[inline]
@@ -215,7 +215,7 @@ impl<'a> Walk<'a> {
 
     /// Curves of `channels` in the interval found by [`Self::at`]; `false` if its inside is unknown, `None` past the
     /// end.
-    pub fn curves(&mut self, channels: &[Channel], curves: &mut Vec<Curve>) -> Option<bool> {
+    pub fn curves(&mut self, channels: &[Channel], curves: &mut Vec<GapPolynomial>) -> Option<bool> {
         let sound = self.is_sound();
         let (left, right) = (self.left.as_ref()?, self.right.as_ref()?);
         curves.clear();
@@ -228,7 +228,7 @@ impl<'a> Walk<'a> {
                 channels.iter().map(value).collect::<Vec<f64>>()
             });
             let [from, to] = &ends;
-            curves.extend(from.iter().zip(to).map(|(&a, &b)| Curve::line(a, b)));
+            curves.extend(from.iter().zip(to).map(|(&a, &b)| GapPolynomial::line(a, b)));
             return Some(false);
         }
         let end = self.steps.get(self.step + 1).map_or(right.time, |next| next.0);
@@ -240,7 +240,7 @@ impl<'a> Walk<'a> {
         }
         for &channel in channels {
             let (coefficients, terms) = course.series(physics.quantity(channel), length);
-            curves.push(Curve { coefficients, terms });
+            curves.push(GapPolynomial { coefficients, terms });
         }
         if self.step + 1 == self.steps.len() {
             // At the sample itself the file's value is used.

@@ -65,7 +65,7 @@ struct Opening {
     growing: bool,
 }
 
-pub(super) struct Source {
+pub(super) struct FileSource {
     path: PathBuf,
     opening: Opening,
     identity: Option<Identity>,
@@ -73,7 +73,7 @@ pub(super) struct Source {
     known: Mutex<HashMap<String, Option<DatasetInfo>>>,
 }
 
-impl std::fmt::Debug for Source {
+impl std::fmt::Debug for FileSource {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("Source")
@@ -110,13 +110,13 @@ impl Described {
 const ATTEMPTS: usize = 50;
 const PAUSE: Duration = Duration::from_millis(20);
 
-impl Source {
+impl FileSource {
     /// Opens any HDF5 file. A file that a run is writing is read in the state of its last flush, and stays so.
-    pub(super) fn open(path: &Path) -> Result<Source, ResultError> {
+    pub(super) fn open(path: &Path) -> Result<FileSource, ResultError> {
         Self::open_with(path, None)
     }
 
-    pub(super) fn open_known(path: &Path) -> Result<Source, ResultError> {
+    pub(super) fn open_known(path: &Path) -> Result<FileSource, ResultError> {
         let source = Self::open(path)?;
         let known = i64::from(schema::FORMAT_VERSION);
         match source.attribute("", schema::root::FORMAT_VERSION)? {
@@ -126,7 +126,7 @@ impl Source {
     }
 
     /// Opens a file of one of this program's formats. The columns of each of its tables must have one length.
-    pub(super) fn open_format(path: &Path, format: &str) -> Result<Source, ResultError> {
+    pub(super) fn open_format(path: &Path, format: &str) -> Result<FileSource, ResultError> {
         let source = Self::open_known(path)?;
         let found = source.text_attribute("", schema::root::FORMAT)?;
         if found.as_deref() != Some(format) {
@@ -143,7 +143,7 @@ impl Source {
 
     /// Like [`Self::open`], with a chunk cache for each variable. A compressed chunk beyond HDF5's default cache
     /// would be unpacked again for every block of rows.
-    pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
+    pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<FileSource, ResultError> {
         check_plain(path)?;
         let opening = Opening {
             follow_external: FOLLOW_EXTERNAL.load(Ordering::Relaxed),
@@ -198,7 +198,7 @@ impl Source {
         Err(if has_grown { Reason::Growing } else { Reason::Changed }.of(path))
     }
 
-    fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
+    fn opened(path: &Path, opening: Opening) -> Result<FileSource, ResultError> {
         // HDF5 would follow such links behind virtual datasets. The program that uses this library may need them.
         static FORGOTTEN: Once = Once::new();
         if !opening.follow_external && probe::owns_process() {
@@ -208,7 +208,7 @@ impl Source {
                 }
             });
         }
-        let source = Source {
+        let source = FileSource {
             path: path.to_owned(),
             identity: Identity::of(path),
             opening,

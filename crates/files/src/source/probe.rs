@@ -13,7 +13,7 @@ use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::handles::VALUES;
-use super::{DatasetInfo, Holds, Identity, Object, ObjectFault, Source, follow_external, locked};
+use super::{DatasetInfo, FileSource, Holds, Identity, Object, ObjectFault, follow_external, locked};
 use crate::seal::{self, Seal};
 use crate::{Reason, ResultError};
 
@@ -85,7 +85,7 @@ pub fn probe(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     follow_external(follow == FOLLOW);
     limit_memory();
     renew_time();
-    let read = Source::open(Path::new(&path)).and_then(|source| read_whole(&source));
+    let read = FileSource::open(Path::new(&path)).and_then(|source| read_whole(&source));
     let (status, line) = match read.map_err(|error| error.reason) {
         Ok(()) => return SOUND,
         Err(Reason::Damaged(detail)) => (DAMAGED, detail),
@@ -110,7 +110,7 @@ pub(super) fn lacks_memory(fault: &ObjectFault) -> bool {
 
 /// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program gets the same
 /// error.
-fn read_whole(source: &Source) -> Result<(), ResultError> {
+fn read_whole(source: &FileSource) -> Result<(), ResultError> {
     source.attributes("")?;
     source.walk(&mut |path, member| {
         renew_time();
@@ -136,7 +136,7 @@ fn read_whole(source: &Source) -> Result<(), ResultError> {
 }
 
 /// Reads all values, several chunks at a time, so that no chunk is unpacked twice.
-fn read_values(source: &Source, path: &str, info: &DatasetInfo) -> Result<(), ResultError> {
+fn read_values(source: &FileSource, path: &str, info: &DatasetInfo) -> Result<(), ResultError> {
     const BLOCK: usize = 65_536;
     let shape = &info.shape;
     if info.holds == Holds::Texts {

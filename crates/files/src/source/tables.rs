@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use super::{DatasetInfo, Object, Source, joined};
+use super::{DatasetInfo, FileSource, Object, joined};
 use crate::{Reason, ResultError, schema};
 
 /// The columns of a group, all as long as its first variable. Readers fail for a missing column, or one of another
 /// length.
 #[derive(Debug)]
 pub struct TableReader<'a> {
-    source: &'a Source,
+    source: &'a FileSource,
     group: String,
     rows: usize,
 }
@@ -50,7 +50,7 @@ pub(crate) fn uneven(path: &str, shape: &[usize], lengths: &[usize]) -> Reason {
     }
 }
 
-impl Source {
+impl FileSource {
     pub(crate) fn table(&self, group: &str) -> Result<TableReader<'_>, ResultError> {
         let members = self.members(group)?;
         let mut columns = members.iter().filter_map(|member| match &member.is {

@@ -9,7 +9,7 @@ use crate::attributes::{describe, describe_text, write_attribute};
 use crate::raw;
 use crate::schema::{StorageKind, Variable};
 use crate::table::{TableWriter, compressed, create_empty, create_group};
-use crate::values::{FileColumn, Values, with_type};
+use crate::values::{ColumnValues, FileColumn, with_type};
 
 pub(super) struct SweepColumns {
     shape: Vec<usize>,
@@ -24,10 +24,10 @@ pub(super) struct SweepColumns {
     events: Option<TableWriter>,
 }
 
-type Buffered = (Dataset, Values<'static>);
+type Buffered = (Dataset, ColumnValues<'static>);
 
 fn buffered(dataset: Dataset, kind: StorageKind) -> Buffered {
-    (dataset, Values::new(kind, 0))
+    (dataset, ColumnValues::new(kind, 0))
 }
 
 impl SweepColumns {
@@ -164,7 +164,7 @@ impl SweepColumns {
 
 pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Dataset> {
     let dataset = create_axis(group, axis, axis.values.len())?;
-    let mut values = Values::new(axis.variable.kind, axis.values.len());
+    let mut values = ColumnValues::new(axis.variable.kind, axis.values.len());
     axis.values.iter().for_each(|&value| values.push(value));
     values.write(&dataset)?;
     raw::set_scale(&dataset, &axis.variable.name)?;

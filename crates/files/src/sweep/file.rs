@@ -5,19 +5,19 @@ use std::path::Path;
 
 use super::schema::{AXES_GROUP, DIGEST, FAILURES, INPUT_CASE, POINT};
 use crate::schema;
-use crate::source::{DatasetInfo, Object, Source, uneven};
+use crate::source::{DatasetInfo, FileSource, Object, uneven};
 use crate::{Reason, ResultError};
 
 /// A sweep file, open for reading.
 #[derive(Debug)]
 pub struct SweepFile {
-    pub(super) source: Source,
+    pub(super) source: FileSource,
 }
 
 impl SweepFile {
     /// Opens a sweep file. Fails if it is missing, not a sweep file, damaged, or of a newer version.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let source = Source::open_known(path)?;
+        let source = FileSource::open_known(path)?;
         let file = SweepFile { source };
         match file.text(schema::root::FORMAT).as_deref() {
             Some(schema::SWEEP_FORMAT) => file.source.check_tables().map(|()| file),
@@ -28,7 +28,7 @@ impl SweepFile {
 
     /// Whether the file at `path` is a sweep file.
     pub fn is_one(path: &Path) -> bool {
-        Source::is_of_format(path, schema::SWEEP_FORMAT)
+        FileSource::is_of_format(path, schema::SWEEP_FORMAT)
     }
 
     /// Path of the file.

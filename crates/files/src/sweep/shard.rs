@@ -15,7 +15,7 @@ use super::schema::{
 };
 use crate::attributes::{AttributeValue, write_attribute};
 use crate::schema::{self, StorageKind, root};
-use crate::source::Source;
+use crate::source::FileSource;
 use crate::table::create_group;
 use crate::{Reason, ResultError};
 
@@ -79,7 +79,7 @@ pub struct ShardFile {
 impl ShardFile {
     /// Opens the file of a shard. Fails if it is missing, of another kind, damaged, or of a newer version.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let source = Source::open_known(path)?;
+        let source = FileSource::open_known(path)?;
         let inner = SweepFile { source };
         if inner.text(root::FORMAT).as_deref() != Some(schema::SWEEP_SHARD_FORMAT) {
             return Err(Reason::NotAShard.of(path));

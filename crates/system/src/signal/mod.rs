@@ -9,7 +9,7 @@ pub use drive::SIGNALS;
 pub use drive::{Drive, Frequency, HarmonicShape, Timeline, Wave};
 pub use pieces::{Piece, Pieces};
 pub use ramp::Ramp;
-pub use table::Table;
+pub use table::TimeTable;
 
 /// Interface of all profiles.
 pub trait Profile {
@@ -86,7 +86,7 @@ profiles! {
     /// A linear rise from zero, or a step at t = 0, to a value that is then held.
     Ramp
     /// Linear interpolation between points. Two points at the same time are a step.
-    Table
+    TimeTable
 }
 
 impl<T: Clone> Signal<T> {
@@ -94,7 +94,7 @@ impl<T: Clone> Signal<T> {
     pub fn final_value(&self) -> Option<T> {
         match self {
             Signal::Ramp(ramp) => Some(ramp.value.clone()),
-            Signal::Table(table) => table.value.last().cloned(),
+            Signal::TimeTable(table) => table.value.last().cloned(),
         }
     }
 }

@@ -6,34 +6,34 @@ use super::{Piece, Profile};
 /// Points (time, value), with linear interpolation; constant before the first and after the last. Two points at the
 /// same time are a step: the second value holds from that time on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table<T = f64> {
+pub struct TimeTable<T = f64> {
     /// Times, s, in order; at most two are equal.
     pub time: Vec<T>,
     /// Value at each time, in the unit of the driven quantity.
     pub value: Vec<T>,
 }
 
-impl<T> Table<T> {
+impl<T> TimeTable<T> {
     pub(super) fn try_map<U, E>(
         &self,
         number: &mut impl FnMut(&'static str, Option<usize>, &T) -> Result<U, E>,
-    ) -> Result<Table<U>, E> {
+    ) -> Result<TimeTable<U>, E> {
         let mut list = |name: &'static str, values: &[T]| -> Result<Vec<U>, E> {
             let numbers = values.iter().enumerate();
             numbers.map(|(index, value)| number(name, Some(index), value)).collect()
         };
-        Ok(Table {
+        Ok(TimeTable {
             time: list("time", &self.time)?,
             value: list("value", &self.value)?,
         })
     }
 }
 
-impl Profile for Table {
+impl Profile for TimeTable {
     const NAME: &'static str = "table";
 
-    fn blank() -> Table {
-        Table {
+    fn blank() -> TimeTable {
+        TimeTable {
             time: Vec::new(),
             value: Vec::new(),
         }
@@ -41,7 +41,7 @@ impl Profile for Table {
 
     /// Points before t = 0 are cut off.
     fn stretches(&self) -> Vec<Piece> {
-        let Table { time, value } = self;
+        let TimeTable { time, value } = self;
         let mut stretches = Vec::with_capacity(time.len() + 1);
         if time[0] > 0.0 {
             stretches.push(Piece {
