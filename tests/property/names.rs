@@ -17,8 +17,11 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The type that a line at the margin declares.
+/// The type that a line declares. Indented are associated types, variants, and what is local to a function.
 fn declared(line: &str) -> Option<&str> {
+    if line.starts_with(char::is_whitespace) {
+        return None;
+    }
     let mut words = line
         .split_whitespace()
         .skip_while(|word| word.starts_with("pub") || *word == "unsafe");
