@@ -16,7 +16,7 @@ pub enum SolverKind {
     Erk(ErkTable),
     /// Singly diagonally implicit pair, for stiff problems.
     Esdirk,
-    /// [`ClosedForm`](super::ClosedForm).
+    /// [`WithClosedForms`](super::WithClosedForms).
     ClosedForm,
     /// The model's own engine, see [`Rules::engine`](super::Rules::engine).
     Series,

@@ -30,7 +30,7 @@ pub enum SolverMethod {
 }
 
 impl SolverMethod {
-    /// [`Method::Esdirk`] with error control; each stage is judged by its own iterations.
+    /// [`SolverMethod::Esdirk`] with error control; each stage is judged by its own iterations.
     pub const ESDIRK: SolverMethod = SolverMethod::Esdirk {
         fixed_step: None,
         trust_convergence_rate: false,

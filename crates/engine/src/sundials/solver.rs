@@ -330,7 +330,7 @@ impl<S: OdeSystem> Solver<S> {
         }
     }
 
-    /// Sets a time that no step passes; `advance` returns [`Outcome::StopTime`] there once. The time must lie beyond
+    /// Sets a time that no step passes; `advance` returns [`Advanced::StopTime`] there once. The time must lie beyond
     /// the internal mesh, not only beyond [`time`](Self::time). (`CVodeSetStopTime`, `CVodeClearStopTime`)
     pub fn set_stop_time(&mut self, time: Option<f64>) -> Result<(), SolverError> {
         match time {
@@ -503,7 +503,7 @@ impl<S: OdeSystem> Solver<S> {
         Ok(code)
     }
 
-    /// After [`Outcome::Roots`]: for each crossing the direction in which it passes zero at [`time`](Self::time), if
+    /// After [`Advanced::Roots`]: for each crossing the direction in which it passes zero at [`time`](Self::time), if
     /// it does. Later calls of `advance` keep the values of the last `Roots`; a restart resets them to None.
     /// (`CVodeGetRootInfo`)
     pub fn crossings_found(&self) -> &[Option<Direction>] {
