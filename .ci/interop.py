@@ -37,7 +37,7 @@ COUNTS = (
 )
 MODES = "separated stick slip-forward slip-backward"
 KINDS = "stick slip reversal separation contact kick corner destabilised restabilised"
-SOLVERS = "other cvode-bdf cvode-adams erk esdirk closed-form series paper"
+SOLVERS = "other cvode-bdf cvode-adams erk esdirk closed-form series paper rk4"
 FLAGS = {
     ("trajectory", "mode"): (0, MODES),
     ("events", "kind"): (0, KINDS),

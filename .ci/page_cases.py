@@ -63,7 +63,7 @@ def check_sparse(page, file):
     page.browser.execute_script("arguments[0].focus()", page.chart)
     page.keys("1")
     table = page.at_cursors()
-    radius = page.browser.execute_script("return JSON.parse(document.getElementById('page-data').textContent).breakaway_arm") / 0.6
+    radius = page.browser.execute_script("return JSON.parse(document.getElementById('page-data').textContent).breakaway_arms[0]") / 0.6
     torque = quantity(table["Torque, Tf = (Tr + Ts)/2"][0])[0]
     check("the torque at breakaway is exact", close(torque, force[slip] * radius, 2e-6 * abs(torque)), f"({torque} for {force[slip] * radius})")
     page.click("#whole")
