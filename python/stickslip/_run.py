@@ -310,8 +310,8 @@ class Run:
 
         def values(name: str) -> NDArray[np.float64]:
             if name in _native.PRODUCTS:
-                a, b = _native.PRODUCTS[name]
-                return values(a) * values(b) + 0.0
+                one, other = _native.PRODUCTS[name]
+                return values(one) * values(other) + 0.0
             if places is None:
                 return np.full(t.shape, np.nan)
             a, b = start[places], end[places]
