@@ -75,7 +75,7 @@
 //! [`sundials`] knows no friction. It solves any smooth problem, up to the zero of a function:
 //!
 //! ```
-//! use stickslip_engine::sundials::{Direction, ErkTable, OdeSystem, Outcome, Solver, Task, Tolerances};
+//! use stickslip_engine::sundials::{AdvanceTarget, Advanced, Direction, ErkTable, OdeSystem, Solver, Tolerances};
 //!
 //! /// x'' = -x, watched for x = 0.
 //! struct Oscillator;
@@ -96,7 +96,7 @@
 //! let tolerances = Tolerances::uniform(1e-12, 1e-12, 2);
 //! let mut solver = Solver::new(Oscillator, ErkTable::DormandPrince7s45, 0.0, &[1.0, 0.0], &tolerances)?;
 //! solver.set_crossings(&[Direction::Falling])?;
-//! assert_eq!(solver.advance(10.0, Task::Normal)?, Outcome::Roots);
+//! assert_eq!(solver.advance(10.0, AdvanceTarget::Normal)?, Advanced::Roots);
 //! assert!((solver.time() - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
 //! # Ok::<(), stickslip_engine::sundials::SolverError>(())
 //! ```
