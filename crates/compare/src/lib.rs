@@ -306,11 +306,16 @@ impl Reference {
         let limit = Limit::from_now(mapping.max_wall_time.unwrap_or(DEFAULT_WALL_TIME));
         self.rerun.limit.set(Some(limit));
         let stages = if mapping.quick { 2.0 } else { 3.0 };
-        let watch = Mutex::new(watch);
+        // Runs of causes end on several threads, and more may turn out to be needed: what is behind the last report is
+        // not said.
+        let watch = Mutex::new((watch, 0.0));
         let say = |before: f64, share: f64, stage: CompareStage| {
-            if let Ok(mut watch) = watch.lock() {
-                let done = (before + share) / stages;
-                watch(CompareProgress { done, stage });
+            let done = (before + share) / stages;
+            if let Ok(mut guard) = watch.lock()
+                && done >= guard.1
+            {
+                guard.1 = done;
+                (guard.0)(CompareProgress { done, stage });
             }
         };
         let passed = |time: f64| match (time - self.start) / (self.end - self.start) {
