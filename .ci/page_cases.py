@@ -54,6 +54,11 @@ def check_sparse(page, file):
     page.settle()
     text = page.find("#undersampled").text
     check("a page of few samples says that lines are dashed, and what to do", text.startswith("Dashed") and "stickslip run" in text and "output.window" in text, text)
+    button = page.find("#undersampled button")
+    button.click()
+    time.sleep(0.2)
+    said = page.find("#undersampled [role=status]").text
+    check("its button copies or marks the command", button.text == "Copy the command" and said.startswith(("copied", "marked")), said)
     times, force = file["events/time"][:], file["events/internal_force"][:]
     # The torque that the interface carries when it lets go is in no sample, but in the view.
     kinds = file["events/kind"][:]

@@ -57,6 +57,23 @@ function swatch(className, style) {
 
 const lineSwatch = (colour, style = "solid") => swatch("line", { borderTopColor: inked(colour), borderTopStyle: style });
 
+// A button that copies the text of an element, or marks it where the browser does not let a page copy, and what it did.
+function copyButton(source) {
+  const button = element("button", "Copy the command"), said = element("span");
+  button.type = "button";
+  said.setAttribute("role", "status");
+  button.addEventListener("click", async () => {
+    try {
+      await navigator.clipboard.writeText(source.textContent);
+      said.textContent = "copied";
+    } catch {
+      getSelection().selectAllChildren(source);
+      said.textContent = "marked: copy it with the keyboard";
+    }
+  });
+  return [button, said];
+}
+
 // What is drawn again when the colours change.
 const onTheme = [], DARK = matchMedia("(prefers-color-scheme: dark)");
 let asked = "";

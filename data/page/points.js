@@ -362,7 +362,7 @@ function select(point) {
   byId("chosen").hidden = false;
   byId("command").textContent = command || "";
   byId("command").hidden = byId("copy").hidden = !command;
-  byId("copied").textContent = "";
+  byId("copy").lastChild.textContent = "";
   byId("command-hint").textContent = command ? page.commands[which[point]].hint : "The file does not say how its points are computed: it was written by an earlier version of the program, or its settings are too long.";
   const message = status[point] === FAILED ? failures.get(point) || "This run failed." : "";
   byId("failure").hidden = !message;
@@ -375,15 +375,7 @@ function select(point) {
   draw();
 }
 
-byId("copy").addEventListener("click", async () => {
-  try {
-    await navigator.clipboard.writeText(byId("command").textContent);
-    byId("copied").textContent = "copied";
-  } catch {
-    getSelection().selectAllChildren(byId("command"));
-    byId("copied").textContent = "marked: copy it with the keyboard";
-  }
-});
+byId("copy").append(...copyButton(byId("command")));
 
 const at = event => {
   const box = canvas.getBoundingClientRect();

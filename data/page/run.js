@@ -75,7 +75,14 @@ function showUndersampled() {
   const inView = ({ sparse: { from, to } }) => Math.max(lowerBound(from, chart.to) - upperBound(to, chart.from), 0);
   const stretches = someSparse.reduce((sum, one) => sum + inView(one), 0);
   const remedies = someSparse.filter(inView).map(one => one.sparse.remedy).filter(Boolean);
-  byId("undersampled").textContent = stretches ? [`Dashed: ${stretches === 1 ? "a stretch" : `${stretches} stretches`} between events with too few samples for a true curve; only the states at the events are exact.`, ...remedies].join(" ") : "";
+  const text = stretches ? `Dashed: ${stretches === 1 ? "a stretch" : `${stretches} stretches`} between events with too few samples for a true curve; only the states at the events are exact. ` : "";
+  const said = [text, ...remedies].join();
+  if (said === byId("undersampled").dataset.said) return;
+  byId("undersampled").dataset.said = said;
+  byId("undersampled").replaceChildren(text, ...remedies.flatMap(remedy => {
+    const command = element("code", remedy);
+    return ["For samples there: ", command, " ", ...copyButton(command), " "];
+  }));
 }
 
 // A few natural periods around it, or as much as it takes to have samples on both sides.

@@ -55,8 +55,7 @@ impl Sparse {
         let margin = (to - from) * 0.02;
         let (from, to) = ((from - margin).max(0.0), to + margin);
         Some(format!(
-            "For samples there: stickslip run {name} -o NEW.h5 --set \
-             'output.window=[{{from={from:.6}, to={to:.6}, interval={interval:.0e}}}]'."
+            "stickslip run {name} -o NEW.h5 --set 'output.window=[{{from={from:.6}, to={to:.6}, interval={interval:.0e}}}]'"
         ))
     }
 }
