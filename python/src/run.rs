@@ -271,17 +271,17 @@ pub fn run(
     if !trajectory {
         case.without_trajectory();
     }
-    let mut signals = Signals::new();
+    let signals = Signals::new();
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
             let run = KeptRun::new(&case)
                 .text(&given)
                 .witness(witness)
                 .events_alone(!trajectory);
-            run.control(|| signals.ask()).start()
+            run.watch(&signals).start()
         }))
     });
-    if let Some(raised) = signals.raised {
+    if let Some(raised) = signals.raised() {
         return Err(raised);
     }
     let KeptReport { rows, end } = computed.map_err(|_| internal(py))?;

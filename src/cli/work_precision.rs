@@ -3,18 +3,16 @@
 use super::arguments::{Common, FigureFormat, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot;
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::terminal::{self, or_none};
 use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::{PlotError, signature, target, work_precision as figure};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 use stickslip_analysis::analysis::work_precision::{
     Measurement, MethodErrors, PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
 };
 use stickslip_analysis::provenance;
 use stickslip_engine::simulation::Method;
-use stickslip_engine::workers::go_on_unless;
 use stickslip_files::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use stickslip_system::quote::bound;
 
@@ -31,11 +29,8 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let names = signature::source(std::slice::from_ref(&path));
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files, &names)?;
     let started = provenance::now();
-    let bar = Bar::new(common);
-    let result = run(&study, &mut |progress| {
-        bar.count(progress.done, progress.of, "runs", progress.method.name());
-        go_on_unless(stop.load(Ordering::Relaxed))
-    });
+    let bar = Bar::new(common, BarKind::Parts, &stop);
+    let result = run(&study, &bar);
     bar.finish();
     let result = result.map_err(|error| match error {
         StudyError::Truth(_) => CommandError::input(error),

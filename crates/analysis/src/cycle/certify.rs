@@ -21,6 +21,7 @@ use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
 use stickslip_system::model::system::{ContactLaw, End, ExactSystem, Initial, Pressing};
 use stickslip_system::signal::{Drive, Frequency, Wave};
+use stickslip_system::watch::Watch;
 
 const SPARE_DIGITS: u32 = 12;
 
@@ -180,7 +181,7 @@ fn stated(state: &OracleState) -> Vec<BigRational> {
 
 /// Corrects a cycle by the oracle to a number of true digits of period and events. The file of a driven cycle starts
 /// at phase zero of the drives, `periods_before` of their periods before the orbit's time origin. The file of an
-/// autonomous cycle starts with the orbit. `told` is called at every run; `Break` ends the certification.
+/// autonomous cycle starts with the orbit. `watch` learns the digits and corrections of every run.
 ///
 /// # Errors
 /// The corrections do not shrink, the oracle finds other events, or a run fails.
@@ -190,7 +191,7 @@ pub fn certify(
     exact: &ExactCase,
     digits: u32,
     periods_before: u32,
-    told: &mut dyn FnMut(u32, usize) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<CycleCertificate, NotCertified> {
     let pi = pi();
     let member = family.at(&orbit.values, false)?;
@@ -266,10 +267,14 @@ pub fn certify(
     let mut last: Option<OracleReport> = None;
     let expected: Vec<&str> = orbit.events.iter().map(|event| event.kind).collect();
     for corrections in 0..MOST_CORRECTIONS {
-        if told(computed, corrections).is_break() {
+        let mut go_on = |_| {
+            let what = format_args!("oracle with {computed} digits, correction {corrections}");
+            log::debug!("{what}");
+            watch.at(corrections as f64, MOST_CORRECTIONS as f64, what)
+        };
+        if go_on(0.0).is_break() {
             return Err(CycleError::Interrupted.into());
         }
-        let mut go_on = |_| told(computed, corrections);
         let report = run((&system, &exact.threshold), &x, &period, computed, &mut go_on)?;
         let kinds: Vec<&str> = sequence(&report).map(|event| event.kind.name()).collect();
         if kinds != expected {
