@@ -15,7 +15,7 @@ use num_traits::{One, Signed, Zero};
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
-use stickslip_files::{Addition, FileColumn, quantity, schema::group};
+use stickslip_files::{Addition, FileColumn, schema::group};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
@@ -428,56 +428,49 @@ fn run(
 impl CycleCertificate {
     /// Group /cycle_certificate of a file.
     pub fn additions(&self) -> Vec<Addition> {
+        let Enclosed { value, error, decimal } = &self.period;
+        let (digits, corrections) = (f64::from(self.digits_computed), self.corrections as f64);
         let mut group = Addition::new(group::CYCLE_CERTIFICATE);
-        let mut number = |name: &str, value: f64, units: &str, about: &str| {
-            group.attributes.extend(quantity(name, value, units, about));
-        };
-        number(
-            "period",
-            self.period.value,
-            "s",
-            "period of the exact cycle, rounded to a double",
-        );
-        number(
-            "period_uncertainty",
-            self.period.error,
-            "s",
-            "how far the decimal of the period can be off",
-        );
-        let about = "decimal digits that the oracle computed with";
-        number("digits_computed", f64::from(self.digits_computed), "1", about);
-        number(
-            "corrections",
-            self.corrections as f64,
-            "1",
-            "corrections by Newton's method",
-        );
-        number(
-            "contraction",
-            self.contraction,
-            "1",
-            "the last correction over the one before",
-        );
-        group.attribute("period_decimal", self.period.decimal.as_str());
+        group.quantities([
+            ("period", *value, "s", "period of the exact cycle, rounded to a double"),
+            (
+                "period_uncertainty",
+                *error,
+                "s",
+                "how far the decimal of the period can be off",
+            ),
+            (
+                "digits_computed",
+                digits,
+                "1",
+                "decimal digits that the oracle computed with",
+            ),
+            ("corrections", corrections, "1", "corrections by Newton's method"),
+            (
+                "contraction",
+                self.contraction,
+                "1",
+                "the last correction over the one before",
+            ),
+        ]);
+        group.attribute("period_decimal", decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
-        let times = self.events.iter().map(|event| event.0.value);
-        group.over(
-            &["exact_event"],
-            FileColumn::numbers("exact_time", "s", "time of the event, rounded to a double", times),
+        let numbers = |name: &str, about: &str, of: fn(&Enclosed) -> f64| {
+            FileColumn::numbers(name, "s", about, self.events.iter().map(|event| of(&event.0)))
+        };
+        let (time, error) = (
+            "time of the event, rounded to a double",
+            "how far the decimal of the time can be off",
         );
-        let errors = self.events.iter().map(|event| event.0.error);
-        let about = "how far the decimal of the time can be off";
+        group.over(&["exact_event"], numbers("exact_time", time, |event| event.value));
         group.over(
             &["exact_event"],
-            FileColumn::numbers("exact_uncertainty", "s", about, errors),
+            numbers("exact_uncertainty", error, |event| event.error),
         );
         let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
         let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
-        group.text(
-            "kinds",
-            "what happens at the events, one in each line",
-            kinds.join("\n"),
-        );
+        let about = "what happens at the events, one in each line";
+        group.text("kinds", about, kinds.join("\n"));
         group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
         vec![group]
     }
