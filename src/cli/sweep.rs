@@ -15,7 +15,7 @@ use stickslip_analysis::sweep::{
     journal_path,
 };
 use stickslip_case::CaseError;
-use stickslip_files::{Reason, SweepFile};
+use stickslip_files::{Reason, StudyFile};
 
 /// A connected line of a boundary, in the units of its axes.
 #[derive(Serialize)]
@@ -273,7 +273,7 @@ fn spread(study: &Study, shard: Option<Shard>, report: &SweepReport) -> String {
     if !matches!(study.design, Design::Rows(_)) || shard.is_some() {
         return String::new();
     }
-    let file = SweepFile::open(&report.file).map_err(PlotError::from);
+    let file = StudyFile::open_sweep(&report.file).map_err(PlotError::from);
     let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
     found.map_or_else(|_| String::new(), |found| plot_studies::report(&found))
 }

@@ -13,7 +13,8 @@ use stickslip_analysis::analysis::work_precision::{
 };
 use stickslip_analysis::provenance;
 use stickslip_engine::simulation::Method;
-use stickslip_files::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use stickslip_files::schema::INPUT_RESOLVED;
+use stickslip_files::{Reservation, Status, StudyHeader, WorkPrecisionFile, WorkPrecisionRow};
 use stickslip_system::quote::bound;
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, CommandError> {
@@ -153,12 +154,19 @@ fn contents(study: &PrecisionStudy, result: &StudyResult, started: &str) -> Work
     let (reference, unsure) = (&result.reference, &result.uncertainty);
     let events = reference.events.iter().zip(&reference.uncertainties);
     WorkPrecisionFile {
-        title: study.title.clone(),
-        source: provenance::source(),
-        history: format!("{started} {}", provenance::command_line()),
-        study: study.source.text.clone(),
-        resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
-        meta: provenance::program(started),
+        header: StudyHeader {
+            title: study.title.clone(),
+            source: provenance::source(),
+            history: format!("{started} {}", provenance::command_line()),
+            study: study.source.text.clone(),
+            inputs: vec![(
+                INPUT_RESOLVED,
+                "every parameter of the first run in SI units (TOML)",
+                study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
+            )],
+            meta: provenance::program(started),
+            ..StudyHeader::default()
+        },
         runs: result.measurements.iter().map(run).collect(),
         methods: methods.iter().map(|method| method.name().to_owned()).collect(),
         reference: reference.description.clone(),

@@ -81,7 +81,7 @@ pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
         measurements,
         interrupted: false,
     };
-    Ok(figure(&file.title, &result))
+    Ok(figure(&file.header.title, &result))
 }
 
 /// Errors over calls of the right-hand side, and over time. Open circles are errors within the uncertainty of the

@@ -79,7 +79,8 @@ pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 pub const WITNESS_TIME: &str = "witness_time";
 
 pub(crate) const INPUT_CASE: &str = "case";
-pub(crate) const INPUT_RESOLVED: &str = "resolved";
+/// Text of /input: every parameter in SI, as TOML.
+pub const INPUT_RESOLVED: &str = "resolved";
 /// Checksums in files of earlier versions, now ignored.
 pub(crate) const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta added by the writer: seconds from creation to the end, NaN until then.

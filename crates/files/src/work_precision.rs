@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::attributes::{quantity, write_attribute, write_attributes, write_input, write_root};
+use super::attributes::{quantity, write_attribute, write_attributes};
 use super::source::FileSource;
-use super::table::{TableWriter, create_file, create_group};
+use super::study::StudyHeader;
+use super::table::TableWriter;
 use super::target::Reservation;
-use super::{AttributeValue, ResultError, Status, schema};
+use super::{ResultError, Status, schema};
 
 /// A row of /runs without its index, in the order of the variables; NaN for missing values. The method is an index
 /// into [`WorkPrecisionFile::methods`].
@@ -15,18 +16,8 @@ pub type WorkPrecisionRow = [f64; 13];
 /// Contents of a study's file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WorkPrecisionFile {
-    /// Root attribute `title`.
-    pub title: String,
-    /// Root attribute `source`: program with its version.
-    pub source: String,
-    /// Root attribute `history`: date and command.
-    pub history: String,
-    /// /input/study: TOML text of the study.
-    pub study: String,
-    /// /input/resolved: the case of the first run in SI.
-    pub resolved: String,
-    /// Attributes of /meta.
-    pub meta: Vec<(String, AttributeValue)>,
+    /// Head of the file.
+    pub header: StudyHeader,
     /// Names of the codes of `method`.
     pub methods: Vec<String>,
     /// Runs in the order of the study.
@@ -69,8 +60,12 @@ impl WorkPrecisionFile {
         }
         let row = |row: usize| std::array::from_fn(|k| columns[k][row]);
         let rows = (0..columns[0].len()).map(row);
+        let title = source.text_attribute("", schema::root::TITLE)?.unwrap_or_default();
         Ok(WorkPrecisionFile {
-            title: source.text_attribute("", schema::root::TITLE)?.unwrap_or_default(),
+            header: StudyHeader {
+                title,
+                ..StudyHeader::default()
+            },
             runs: rows.collect(),
             methods: methods.collect(),
             reference: source
@@ -82,16 +77,7 @@ impl WorkPrecisionFile {
     }
 
     fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
-        let file = create_file(path)?;
-        let texts = [
-            (schema::root::CONVENTIONS, schema::CONVENTIONS),
-            (schema::root::TITLE, &self.title),
-            (schema::root::SOURCE, &self.source),
-            (schema::root::HISTORY, &self.history),
-            (schema::root::FORMAT, schema::WORK_PRECISION_FORMAT),
-            (schema::root::STATUS, status.name()),
-        ];
-        write_root(&file, &texts)?;
+        let file = self.header.create(path, schema::WORK_PRECISION_FORMAT, Some(status))?;
         let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
         for (index, row) in (0..).map(f64::from).zip(&self.runs) {
             runs.push(&[&[index], row]);
@@ -107,11 +93,7 @@ impl WorkPrecisionFile {
         for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
             write_attributes(&reference, &quantity(name, value, units, long_name))?;
         }
-        let input = create_group(&file, schema::group::INPUT)?;
-        write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
-        let resolved = "every parameter of the first run in SI units (TOML)";
-        write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
-        write_attributes(&create_group(&file, schema::group::META)?, &self.meta)?;
+        self.header.write_input(&file)?;
         file.flush()
     }
 }

@@ -6,12 +6,10 @@ use super::special::Special;
 use super::study::ContinuationStudy;
 use crate::cycle::CycleStability;
 use crate::provenance;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use stickslip_case::{Motion, quantity::Dimension};
-use stickslip_files::schema::META_POINT_COMMAND;
-use stickslip_files::{
-    Addition, AttributeValue, ContinuationFile, FileColumn, ResultError, Status, StoredContinuation,
-};
+use stickslip_files::schema::{META_POINT_COMMAND, attribute};
+use stickslip_files::{Addition, AttributeValue, FileColumn, Reservation, ResultError, Status, StudyFile, StudyHeader};
 use stickslip_system::quote::in_shell;
 
 const MOST_SEQUENCES: usize = 127;
@@ -29,25 +27,36 @@ fn flags<'a>(words: impl IntoIterator<Item = &'a str>) -> Vec<(i64, String)> {
     (0..).zip(words.into_iter().map(str::to_owned)).collect()
 }
 
-pub(crate) fn contents(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> ContinuationFile {
+pub(crate) fn write(
+    study: &ContinuationStudy,
+    motion: Motion,
+    explored: &Explored,
+    place: &Reservation,
+    status: &Status,
+) -> Result<PathBuf, ResultError> {
     let mut meta: Vec<(String, AttributeValue)> = provenance::build();
     meta.push(("study_digest".to_owned(), AttributeValue::Text(study.digest())));
     meta.extend(modes_command(study));
     let settings: Vec<String> = study.settings.iter().map(stickslip_case::Override::argument).collect();
-    ContinuationFile {
+    let about = "what is set in it, KEY=VALUE in each line";
+    let header = StudyHeader {
         title: study.title.clone(),
         source: provenance::source(),
         history: format!("stickslip continue {}", study.source.name),
         study: study.source.text.clone(),
-        case: study.base.text.clone(),
-        settings: settings.join("\n"),
-        meta,
-        groups: vec![
-            branches(explored),
-            points(study, motion, explored),
-            curves(study, explored),
+        inputs: vec![
+            ("case", "the base case as it was given (TOML)", study.base.text.clone()),
+            ("settings", about, settings.join("\n")),
         ],
-    }
+        meta,
+        ..StudyHeader::default()
+    };
+    let groups = [
+        branches(explored),
+        points(study, motion, explored),
+        curves(study, explored),
+    ];
+    header.write_continuation(&groups, place, status)
 }
 
 /// `None` if the command is too long for an attribute.
@@ -312,7 +321,7 @@ pub struct Stored {
 impl Stored {
     /// Whether the file at `path` is a continuation.
     pub fn is_one(path: &Path) -> bool {
-        StoredContinuation::is_one(path)
+        StudyFile::is_continuation(path)
     }
 
     /// Reads a continuation file.
@@ -320,9 +329,10 @@ impl Stored {
     /// # Errors
     /// The file is missing, damaged, too new, or of another kind.
     pub fn read(path: &Path) -> Result<Stored, ResultError> {
-        let file = StoredContinuation::open(path)?;
+        let file = StudyFile::open_continuation(path)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);
         let (points, branches) = (file.table("points")?, file.table("branches")?);
+        let unit = |variable: &str| file.attribute(variable, attribute::UNITS).unwrap_or_default();
         let text = |name: &str| file.text_attribute("points", name)?.ok_or_else(|| missing(name));
         let (number, keys) = (text("number")?, text("keys")?);
         let of = |name: &str| points.column(name);
@@ -334,7 +344,7 @@ impl Stored {
         let (stability, unstable, special) = (of("stability")?, of("unstable")?, of("special")?);
         let (sticks, shortest, margin) = (of("sticks")?, of("shortest_stick")?, of("margin")?);
         let sequence = of("sequence")?;
-        let sequences = file.words("points/sequence")?;
+        let sequences = file.flags("points/sequence");
         let ((real, values), (imaginary, others)) = (points.matrix("real")?, points.matrix("imaginary")?);
         let (states, components) = points.matrix("state")?;
         if values != others {
@@ -377,7 +387,7 @@ impl Stored {
         let branches = branches.collect();
         let mut curves: Vec<(Special, Vec<[f64; 2]>)> = Vec::new();
         let mut second = None;
-        let names = file.members("curves")?;
+        let names = file.variables("curves");
         let known = ["curve_point", "curve", "special", "curve_period"];
         if let Some(other) = names
             .iter()
@@ -397,24 +407,26 @@ impl Stored {
                     last.1.push([x[k], y[k]]);
                 }
             }
-            second = Some((other.clone(), file.unit(&format!("curves/{other}"))?));
+            second = Some((other.clone(), unit(&format!("curves/{other}"))));
         }
-        let settings = file.input("settings")?;
+        let input = |name: &str| Ok::<_, ResultError>(file.input(name)?.unwrap_or_default());
+        let settings = input("settings")?;
+        let root = |name: &str| Ok::<_, ResultError>(file.text_attribute("", name)?.unwrap_or_default());
         Ok(Stored {
-            title: file.title()?,
-            complete: file.status()? == Status::Complete.name(),
+            title: root("title")?,
+            complete: root("status")? == Status::Complete.name(),
             modes_command: file.text_attribute("meta", META_POINT_COMMAND)?,
             number: (
                 number.clone(),
                 keys.split(' ').map(str::to_owned).collect(),
-                file.unit(&format!("points/{number}"))?,
+                unit(&format!("points/{number}")),
             ),
             second,
             branches,
             curves,
-            case: (file.input("case")?, settings.lines().map(str::to_owned).collect()),
-            angle: file.unit("points/amplitude")?,
-            speed: file.unit("points/largest_relative_velocity")?,
+            case: (input("case")?, settings.lines().map(str::to_owned).collect()),
+            angle: unit("points/amplitude"),
+            speed: unit("points/largest_relative_velocity"),
         })
     }
 }

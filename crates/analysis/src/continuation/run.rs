@@ -1,7 +1,7 @@
 //! Runs the continuation of a study into a file, with a journal next to it.
 
 use super::explore::{ExploreError, Explored, Explorer};
-use super::file::contents;
+use super::file::write;
 use super::study::ContinuationStudy;
 use crate::analysis::Deadline;
 use crate::cycle::{CycleError, Family};
@@ -86,7 +86,7 @@ impl Continuation<'_> {
             true => Status::Interrupted,
             false => Status::Complete,
         };
-        let file = contents(study, motion, &explored).write(&place, &status)?;
+        let file = write(study, motion, &explored, &place, &status)?;
         drop(journal);
         if !explored.interrupted {
             // Removes what an interruption left.

@@ -13,7 +13,7 @@ use std::path::Path;
 use stickslip_case::{Motion, Setting};
 use stickslip_files::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW, StorageKind, Variable};
 use stickslip_files::{
-    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepHeader, SweepLayout, SweepPlan,
+    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, StudyHeader, SweepLayout, SweepPlan,
     SweepRow, SweepWriter,
 };
 
@@ -23,15 +23,15 @@ const LONGEST_COMMAND: usize = 32_768;
 /// the partial file has a table of the finished points only, so its cost follows their number.
 const MOST_MISSING: u64 = 65_536;
 
-pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> SweepHeader {
-    SweepHeader {
+pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> StudyHeader {
+    StudyHeader {
         title: study.title.clone(),
         source: provenance::source(),
-        references: study.words.references().to_owned(),
-        history: format!("stickslip {command} {}", study.source.name),
+        references: Some(study.words.references().to_owned()),
         digest,
-        study_text: study.source.text.clone(),
-        case_text: study.base.text.clone(),
+        history: format!("stickslip {command} {}", study.source.name),
+        study: study.source.text.clone(),
+        inputs: vec![StudyHeader::case_of_sweep(study.base.text.clone())],
         meta,
     }
 }
