@@ -5,12 +5,13 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use stickslip::results::{ResultError, StudyColumn, StudyFile, check_sound};
+use stickslip::results::schema::{StorageKind, Variable};
+use stickslip::results::{ResultError, StudyFile, check_sound};
 
 const GROUPS: [&str; 3] = ["branches", "points", "curves"];
 
 /// The columns of each group; title, status, name and keys of the number that varies.
-type Branches = ([Vec<StudyColumn>; 3], [String; 4]);
+type Branches = ([Vec<(Variable, Vec<usize>, Vec<f64>)>; 3], [String; 4]);
 
 fn read(path: &Path) -> Result<Branches, ResultError> {
     let file = StudyFile::open_continuation(path)?;
@@ -44,16 +45,19 @@ pub fn read_continuation(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, Py
     all.set_item("keys", keys)?;
     let mut listed = Vec::new();
     let columns = GROUPS.into_iter().zip(groups);
-    for (group, column) in columns.flat_map(|(group, columns)| columns.into_iter().map(move |column| (group, column))) {
+    for (group, (column, shape, values)) in
+        columns.flat_map(|(group, columns)| columns.into_iter().map(move |column| (group, column)))
+    {
         let one = PyDict::new(py);
         one.set_item("group", group)?;
         one.set_item("name", column.name)?;
-        one.set_item("shape", column.shape)?;
-        one.set_item("values", PyArray1::from_vec(py, column.values))?;
-        one.set_item("units", column.units)?;
+        one.set_item("shape", shape)?;
+        one.set_item("values", PyArray1::from_vec(py, values))?;
+        let units = if column.units.is_empty() { "1" } else { &column.units };
+        one.set_item("units", units)?;
         one.set_item("long_name", column.long_name)?;
         one.set_item("flags", column.flags)?;
-        one.set_item("whole", column.whole)?;
+        one.set_item("whole", column.kind != StorageKind::Float64)?;
         listed.push(one);
     }
     all.set_item("columns", listed)?;

@@ -189,17 +189,35 @@ impl Variable {
     }
 
     pub(super) fn code(name: &str, long_name: &str, flags: &[CodeMeaning]) -> Self {
+        let flags = flags.iter().map(|&(code, word)| (i64::from(code), word.to_owned()));
+        Variable::words(name, long_name, flags.collect())
+    }
+
+    /// A column of codes with their words.
+    pub fn words(name: &str, long_name: &str, flags: Vec<(i64, String)>) -> Self {
         Variable {
-            flags: flags
-                .iter()
-                .map(|&(code, word)| (i64::from(code), word.to_owned()))
-                .collect(),
+            flags,
             ..Variable::new(name, StorageKind::Int8, "1", long_name)
         }
     }
 
-    pub(super) fn count(name: &str, long_name: &str) -> Self {
+    /// A column of integers.
+    pub fn count(name: &str, long_name: &str) -> Self {
         Variable::new(name, StorageKind::Int64, "1", long_name)
+    }
+
+    /// Name and unit, as in the header of a table.
+    pub fn header(&self) -> String {
+        match self.units.as_str() {
+            "" | "1" => self.name.clone(),
+            units => format!("{} [{units}]", self.name),
+        }
+    }
+
+    /// The word of a code, or the code itself if it has no word.
+    pub fn word(&self, code: i64) -> String {
+        let known = self.flags.iter().find(|(known, _)| *known == code);
+        known.map_or_else(|| code.to_string(), |(_, word)| word.clone())
     }
 
     pub(super) fn index(name: &str, long_name: &str) -> Self {
@@ -335,10 +353,11 @@ pub fn stick_slip() -> TableSchema {
 pub(crate) fn work_precision_runs(methods: &[String]) -> TableSchema {
     let variables = vec![
         Variable::index("run", "index of the run"),
-        Variable {
-            flags: (0..).zip(methods.iter().cloned()).collect(),
-            ..Variable::code("method", "integration method", &[])
-        },
+        Variable::words(
+            "method",
+            "integration method",
+            (0..).zip(methods.iter().cloned()).collect(),
+        ),
         Variable::quantity("rtol", "1", "solver.rtol, NaN with a fixed step"),
         Variable::seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
         Variable::code(

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_input, write_root};
 use super::certificate::Addition;
+use super::schema::{StorageKind, Variable};
 use super::source::uneven;
 use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader};
 use super::sweep::schema::{AXES_GROUP, FAILURES, POINT};
@@ -93,25 +94,6 @@ impl StudyHeader {
     }
 }
 
-/// A variable of a study's file with its values.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StudyColumn {
-    /// Name of the variable.
-    pub name: String,
-    /// Lengths of its dimensions.
-    pub shape: Vec<usize>,
-    /// Values, the last dimension fastest.
-    pub values: Vec<f64>,
-    /// UDUNITS unit; "1" for a pure number.
-    pub units: String,
-    /// Description.
-    pub long_name: String,
-    /// Meanings of codes; empty if there are none.
-    pub flags: Vec<(i64, String)>,
-    /// Whether the values are integers.
-    pub whole: bool,
-}
-
 /// The file of a sweep, a shard or a continuation, open for reading.
 #[derive(Debug)]
 pub struct StudyFile {
@@ -196,25 +178,22 @@ impl StudyFile {
         self.source.table(group)
     }
 
-    /// Every variable of a group. Fails if one is unreadable.
-    pub fn columns(&self, group: &str) -> Result<Vec<StudyColumn>, ResultError> {
+    /// Every variable of a group with its shape and its values, the last dimension fastest. Fails if one is unreadable.
+    pub fn columns(&self, group: &str) -> Result<Vec<(Variable, Vec<usize>, Vec<f64>)>, ResultError> {
         let mut found = Vec::new();
         for member in self.source.members(group)? {
             let path = format!("{group}/{}", member.name);
             let Some(info) = self.source.dataset(&path)? else {
                 continue;
             };
-            let described = self.source.described(&path)?;
+            let kind = match info.holds {
+                Holds::Integers(_) => StorageKind::Int64,
+                _ => StorageKind::Float64,
+            };
+            let variable = self.source.described(&path)?.variable(member.name, kind);
             let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
-            found.push(StudyColumn {
-                values: self.source.read(&path, &all)?,
-                whole: matches!(info.holds, Holds::Integers(_)),
-                shape: info.shape,
-                units: described.units.unwrap_or_else(|| "1".to_owned()),
-                long_name: described.long_name.unwrap_or_default(),
-                flags: described.flags,
-                name: member.name,
-            });
+            let values = self.source.read(&path, &all)?;
+            found.push((variable, info.shape, values));
         }
         Ok(found)
     }

@@ -144,10 +144,8 @@ impl FileColumn {
 
     /// A column of codes. `words` lists the meanings.
     pub fn codes(name: &str, long_name: &str, values: impl IntoIterator<Item = i8>, words: Vec<(i64, String)>) -> Self {
-        let mut variable = Variable::code(name, long_name, &[]);
-        variable.flags = words;
         FileColumn {
-            variable,
+            variable: Variable::words(name, long_name, words),
             values: ColumnValues::Int8(values.into_iter().collect()),
         }
     }
