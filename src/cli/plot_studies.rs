@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 use stickslip_analysis::continuation::Stored;
-use stickslip_files::{Reason, ResultFile, StudyFile, WorkPrecisionFile, check_sound};
+use stickslip_files::{Reason, ResultFile, StudyFile, check_sound};
 
 pub(super) enum StudyKind {
     Run,
@@ -45,7 +45,7 @@ pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
     let kind = match StudyFile::open_sweep(path) {
         Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
-        Err(_) if WorkPrecisionFile::is_one(path) => StudyKind::WorkPrecision,
+        Err(_) if StudyFile::is_work_precision(path) => StudyKind::WorkPrecision,
         Err(_) if Stored::is_one(path) => StudyKind::Branches,
         // The command that draws the file will report the error.
         Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),

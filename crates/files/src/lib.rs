@@ -42,7 +42,7 @@
 //! | [`schema`] | names, units, descriptions and codes |
 //! | `writer`, `rows`, `table`, [`packed`], `values`, `attributes` | a run, written while it is computed: rows, tables, chunks, columns, attributes |
 //! | `header`, `stick_slip`, `certificate` | parts of a file that are not rows |
-//! | `study`, `sweep`, `work_precision` | the files of studies: head and reader, points, runs |
+//! | `study`, `sweep` | the files of studies: head and reader, points |
 //! | `kept` | the rows of a run in memory |
 //! | `target`, `lock`, [`disk`] | place of a file, its writer, and files on the disk |
 //! | `reader`, `dense`, `contents` | readers of tables and polynomials, and a listing of a file |
@@ -80,7 +80,6 @@ mod sweep;
 mod table;
 pub(crate) mod target;
 mod values;
-mod work_precision;
 mod writer;
 
 pub use attributes::AttributeValue;
@@ -97,10 +96,9 @@ pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView};
 pub use reader::{AddedGroup, Matrix, ResultFile};
 pub use source::{TableReader, follow_external, probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 pub use stick_slip::{Extra, StickSlipTable};
-pub use study::{StudyFile, StudyHeader};
+pub use study::{StudyFile, StudyHeader, StudyTable};
 pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
 pub use sweep::{MergeError, MergeOptions, MergeReport, Partition, SweepLayout, merge};
 pub use target::{Overwrite, Reservation, check_target, partial_path};
-pub use values::{ColumnValues, FileColumn};
-pub use work_precision::{WorkPrecisionFile, WorkPrecisionRow};
+pub use values::{ColumnValues, DeclaredColumn, FileColumn};
 pub use writer::{ResultWriter, SavedRows};

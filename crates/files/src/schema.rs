@@ -65,7 +65,8 @@ pub mod group {
     pub(crate) const INPUT: &str = "input";
     /// Program, machine and command that made the file.
     pub const META: &str = "meta";
-    pub(crate) const RUNS: &str = "runs";
+    /// The runs of a work-precision study.
+    pub const RUNS: &str = "runs";
     pub(crate) const DENSE: &str = "dense";
     pub(crate) const DENSE_COEFFICIENTS: &str = "dense/coefficients";
     /// The reference of a work-precision study.
@@ -115,8 +116,8 @@ pub mod attribute {
 pub(crate) const SCALE: &str = "DIMENSION_SCALE";
 
 const LONG_CHUNK: usize = 4096;
-/// Rows in a chunk of the other tables: few, since an unfinished chunk is stored anew at each flush.
-const SHORT_CHUNK: usize = 64;
+/// Rows in a chunk of a table that is no trajectory: few, since an unfinished chunk is stored anew at each flush.
+pub const SHORT_CHUNK: usize = 64;
 
 /// Storage type of a column, always little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -188,7 +189,8 @@ impl Variable {
         Variable::quantity(name, "s", long_name)
     }
 
-    pub(super) fn code(name: &str, long_name: &str, flags: &[CodeMeaning]) -> Self {
+    /// A column of codes with constant words.
+    pub fn code(name: &str, long_name: &str, flags: &[CodeMeaning]) -> Self {
         let flags = flags.iter().map(|&(code, word)| (i64::from(code), word.to_owned()));
         Variable::words(name, long_name, flags.collect())
     }
@@ -220,7 +222,8 @@ impl Variable {
         known.map_or_else(|| code.to_string(), |(_, word)| word.clone())
     }
 
-    pub(super) fn index(name: &str, long_name: &str) -> Self {
+    /// A column of indices.
+    pub fn index(name: &str, long_name: &str) -> Self {
         Variable::new(name, StorageKind::Int32, "1", long_name)
     }
 }
@@ -253,7 +256,8 @@ pub(crate) fn mode_flags(trains: bool) -> Vec<CodeMeaning> {
     modes.map(|mode| (mode.code(), mode.name())).collect()
 }
 
-pub(crate) fn kind_flags() -> Vec<CodeMeaning> {
+/// Codes of the kinds of events.
+pub fn kind_flags() -> Vec<CodeMeaning> {
     EventKind::ALL.iter().map(|kind| (kind.code(), kind.name())).collect()
 }
 
@@ -348,70 +352,6 @@ pub fn stick_slip() -> TableSchema {
     ];
     TableSchema::new(group::STICK_SLIP, SHORT_CHUNK, variables)
 }
-
-/// /runs of a work-precision study: a row for each run. `methods` are the names of the codes.
-pub(crate) fn work_precision_runs(methods: &[String]) -> TableSchema {
-    let variables = vec![
-        Variable::index("run", "index of the run"),
-        Variable::words(
-            "method",
-            "integration method",
-            (0..).zip(methods.iter().cloned()).collect(),
-        ),
-        Variable::quantity("rtol", "1", "solver.rtol, NaN with a fixed step"),
-        Variable::seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
-        Variable::code(
-            "outcome",
-            "whether the run came to its end",
-            &[(0, "complete"), (1, "failed")],
-        ),
-        Variable::code(
-            "same_sequence",
-            "whether the events are those of the reference, in its order",
-            &[(0, "no"), (1, "yes")],
-        ),
-        Variable::count("events", "events of the sequence"),
-        Variable::seconds(
-            "onset_error",
-            "error of the first stick, NaN where there is none to compare",
-        ),
-        Variable::seconds(
-            "final_stick_error",
-            "error of the stick in which the run ends, NaN where there is none to compare",
-        ),
-        Variable::seconds(
-            "largest_event_error",
-            "largest error of all events, NaN where their sequence is another",
-        ),
-        Variable::count("steps", "steps of the integrators"),
-        Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
-        Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
-        Variable::seconds("wall_time", "time of the integration, the least of its repetitions"),
-    ];
-    TableSchema::new(group::RUNS, SHORT_CHUNK, variables)
-}
-
-/// /reference of a work-precision study: a row for each event of the sequence.
-pub(crate) fn work_precision_reference() -> TableSchema {
-    let variables = vec![
-        Variable::index("event", "index of the event"),
-        Variable::code("kind", "what happened", &kind_flags()),
-        Variable::seconds("time", "time"),
-        Variable::seconds("time_uncertainty", "uncertainty of the time"),
-    ];
-    TableSchema::new(group::REFERENCE, SHORT_CHUNK, variables)
-}
-
-/// (name, unit, description) of /reference's float64 attributes: smaller errors count as zero.
-pub(crate) const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
-    ("onset_uncertainty", "s", "uncertainty of the first stick"),
-    (
-        "final_stick_uncertainty",
-        "s",
-        "uncertainty of the stick in which the run ends",
-    ),
-    ("largest_event_uncertainty", "s", "largest uncertainty of all events"),
-];
 
 /// Every table, in the order of the file.
 pub fn tables() -> [TableSchema; 4] {

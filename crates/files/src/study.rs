@@ -5,16 +5,19 @@ use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_input, write_root};
 use super::certificate::Addition;
-use super::schema::{StorageKind, Variable};
+use super::schema::{StorageKind, TableSchema, Variable};
 use super::source::uneven;
 use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader};
 use super::sweep::schema::{AXES_GROUP, FAILURES, POINT};
-use super::table::{create_file, create_group};
+use super::table::{TableWriter, create_file, create_group};
 use super::target::Reservation;
 use super::{AttributeValue, Reason, ResultError, Status, schema};
 
 pub(super) const DIGEST: &str = "study_digest";
 pub(super) const INPUT_STUDY: &str = "study";
+
+/// Table of a study's file: schema, rows with a number for each variable, and attributes of the group.
+pub type StudyTable = (TableSchema, Vec<Vec<f64>>, Vec<(String, AttributeValue)>);
 
 /// Head of a study's file: root attributes, texts of /input, and attributes of /meta.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -74,6 +77,32 @@ impl StudyHeader {
         write_attributes(&create_group(file, schema::group::META)?, &self.meta)
     }
 
+    /// Writes the file of a work-precision study with its tables at a reserved place: under its own name if the study is
+    /// complete, otherwise as its partial file. Returns the path.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_work_precision(
+        &self,
+        tables: &[StudyTable],
+        place: &Reservation,
+        status: &Status,
+    ) -> Result<PathBuf, ResultError> {
+        place.put(status, |made| {
+            let file = self.create(made, schema::WORK_PRECISION_FORMAT, Some(status))?;
+            for (schema, rows, attributes) in tables {
+                let mut table = TableWriter::create(&file, schema)?;
+                for row in rows {
+                    table.push(&[row]);
+                }
+                table.append()?;
+                write_attributes(&file.group(schema.group)?, attributes)?;
+            }
+            self.write_input(&file)?;
+            file.flush()
+        })
+    }
+
     /// Writes the file of a continuation with its groups /branches, /points and /curves at a reserved place: under its
     /// own name if the study is complete, otherwise as its partial file. Returns the path.
     ///
@@ -94,7 +123,7 @@ impl StudyHeader {
     }
 }
 
-/// The file of a sweep, a shard or a continuation, open for reading.
+/// The file of a study, open for reading.
 #[derive(Debug)]
 pub struct StudyFile {
     pub(super) source: FileSource,
@@ -116,6 +145,17 @@ impl StudyFile {
     pub fn open_continuation(path: &Path) -> Result<Self, ResultError> {
         let source = FileSource::open_format(path, schema::CONTINUATION_FORMAT)?;
         Ok(StudyFile { source })
+    }
+
+    /// Opens the file of a work-precision study, as [`Self::open_continuation`] does.
+    pub fn open_work_precision(path: &Path) -> Result<Self, ResultError> {
+        let source = FileSource::open_format(path, schema::WORK_PRECISION_FORMAT)?;
+        Ok(StudyFile { source })
+    }
+
+    /// Whether the file at `path` is of a work-precision study.
+    pub fn is_work_precision(path: &Path) -> bool {
+        FileSource::is_of_format(path, schema::WORK_PRECISION_FORMAT)
     }
 
     /// Whether the file at `path` is a sweep file.

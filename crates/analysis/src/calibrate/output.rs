@@ -5,7 +5,7 @@ use super::search::Calibration;
 use super::study::CalibrationStudy;
 use super::target::{Role, Target, TargetResult};
 use crate::provenance;
-use crate::sweep::{command_attribute, header, sweep_variables};
+use crate::sweep::{header, sweep_variables};
 use std::path::PathBuf;
 use stickslip_files::{FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
 
@@ -16,7 +16,7 @@ pub fn write_file(
     place: Reservation,
 ) -> Result<PathBuf, ResultError> {
     let mut meta = provenance::build();
-    meta.extend(command_attribute(&study.runs));
+    meta.extend(provenance::point_command(study.runs.point_command()));
     let header = header(&study.runs, "calibrate", study.digest(), meta);
     let axes = study.runs.axes.iter().map(|axis| axis.in_a_file(&[], Vec::new()));
     let plan = SweepPlan {
@@ -50,11 +50,7 @@ pub fn write_file(
     if !calibration.correlations.is_empty() {
         writer.add_table("correlations", &[], &correlation_columns(study, calibration))?;
     }
-    writer.finish(&if calibration.interrupted {
-        Status::Interrupted
-    } else {
-        Status::Complete
-    })
+    writer.finish(&Status::of(calibration.interrupted))
 }
 
 fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> FileColumn {

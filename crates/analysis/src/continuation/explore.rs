@@ -46,7 +46,7 @@ const BESIDE: usize = 4;
 const CURVE_POINTS: usize = 400;
 
 /// Point of a branch.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct BranchPoint {
     /// Value of the varied parameter, SI.
     pub value: f64,

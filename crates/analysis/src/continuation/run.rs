@@ -82,10 +82,7 @@ impl Continuation<'_> {
                 return Err(error.into());
             }
         };
-        let status = match explored.interrupted {
-            true => Status::Interrupted,
-            false => Status::Complete,
-        };
+        let status = Status::of(explored.interrupted);
         let file = write(study, motion, &explored, &place, &status)?;
         drop(journal);
         if !explored.interrupted {

@@ -53,7 +53,7 @@ pub use criterion::{BoundarySpec, Criterion, ThresholdTest};
 pub use curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
 pub use error::SweepError;
 pub use executor::{Executor, evaluate};
-pub(crate) use file::{command_attribute, header, sweep_variables};
+pub(crate) use file::{header, sweep_variables};
 pub use journal::{Existing, Journal, JournalError, journal_path};
 pub use outcome::{EventRow, PointOutcome, Values};
 pub use report::SweepReport;

@@ -4,6 +4,7 @@
 //! the largest error over all events. The last one requires the reference's sequence. The first two only require such
 //! a stick in both runs.
 
+mod file;
 mod study;
 
 pub use crate::study::StudySource;
@@ -83,6 +84,23 @@ pub struct Measurement {
     /// Reason of a failure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
+}
+
+impl Measurement {
+    fn new(method: Method, knob: Knob) -> Self {
+        Measurement {
+            method,
+            knob,
+            errors: MethodErrors::default(),
+            events: 0,
+            same_sequence: false,
+            steps: 0,
+            rhs_evaluations: 0,
+            jacobian_evaluations: 0,
+            wall_time: f64::INFINITY,
+            failure: None,
+        }
+    }
 }
 
 fn by_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
@@ -322,18 +340,7 @@ fn measure(
     repeat: usize,
     watch: &dyn Watch,
 ) -> Option<Measurement> {
-    let mut measurement = Measurement {
-        method,
-        knob,
-        errors: MethodErrors::default(),
-        events: 0,
-        same_sequence: false,
-        steps: 0,
-        rhs_evaluations: 0,
-        jacobian_evaluations: 0,
-        wall_time: f64::INFINITY,
-        failure: None,
-    };
+    let mut measurement = Measurement::new(method, knob);
     for _ in 0..repeat {
         let clock = Instant::now();
         let result = integrate(case, watch);
