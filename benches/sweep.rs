@@ -3,7 +3,6 @@
 //! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
@@ -111,8 +110,7 @@ fn phases(study: &Study) -> [f64; 5] {
 fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<PointOutcome>)) -> [f64; 2] {
     let points = (0..study.point_count().expect("a sample")).filter_map(|number| study.point(number));
     let clock = Clock::start();
-    let stop = AtomicBool::new(false);
-    let ended = run_points(study, points, workers, &stop, &without_a_file, |group| {
+    let ended = run_points(study, points, workers, &(), &without_a_file, |group| {
         keep(group);
         Ok::<(), ()>(())
     });

@@ -5,7 +5,6 @@
 //! and that of the built-in work-precision study, which takes some minutes and whose times are those of the machine.
 
 use std::error::Error;
-use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::Modes;
 use stickslip::analysis::SavedRun;
@@ -61,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         save(&Figure { name, ..figure })?;
     }
     let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
-    let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
+    let result = work_precision::run(&study, &())?.ok_or("interrupted")?;
     save(&plot::work_precision::figure(&study.title, &result))
 }
 

@@ -34,7 +34,7 @@ impl Executor for Tasks {
 /// Runs the points of a task, in a worker: what `stickslip.sweep` sends to it.
 #[pyfunction]
 pub fn evaluate<'py>(py: Python<'py>, study: &str, points: &str) -> PyResult<Bound<'py, PyBytes>> {
-    match interruptible(py, None, |watch| evaluated(study, points, &watch.stop))? {
+    match interruptible(py, None, |watch| evaluated(study, points, &*watch.stop))? {
         Ok(Some(outcomes)) => Ok(PyBytes::new(py, &outcomes)),
         Ok(None) => Err(exception(py, "RunError", "the task was stopped".to_owned())),
         Err(message) => Err(exception(py, "RunError", message)),

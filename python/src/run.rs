@@ -12,6 +12,7 @@ use std::sync::Mutex;
 use stickslip::analysis::headline::{self, HeadlineRow};
 use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
+use stickslip::results::schema::{StorageKind, Variable};
 use stickslip::results::{
     AttributeValue, ColumnValues, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, open_sound,
 };
@@ -271,17 +272,17 @@ pub fn run(
     if !trajectory {
         case.without_trajectory();
     }
-    let mut signals = Signals::new();
+    let signals = Signals::new();
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
             let run = KeptRun::new(&case)
                 .text(&given)
                 .witness(witness)
                 .events_alone(!trajectory);
-            run.control(|| signals.ask()).start()
+            run.watch(&signals).start()
         }))
     });
-    if let Some(raised) = signals.raised {
+    if let Some(raised) = signals.raised() {
         return Err(raised);
     }
     let KeptReport { rows, end } = computed.map_err(|_| internal(py))?;
@@ -356,8 +357,11 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
         None if Words::of(&source, &[]).numbers_parts() => Vec::new(),
         case => headline::of_file(&file, case.as_ref(), &events)?,
     };
-    let column = |column: stickslip::results::TableColumn| {
-        let kind = if column.whole { "int64" } else { "float64" };
+    let column = |column: Variable| {
+        let kind = match column.kind {
+            StorageKind::Float64 => "float64",
+            _ => "int64",
+        };
         (column.name, column.units, column.long_name, column.flags, kind)
     };
     let tables = file.tables()?.into_iter();

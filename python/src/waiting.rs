@@ -2,43 +2,42 @@
 
 use crate::errors::exception;
 use pyo3::prelude::*;
-use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use stickslip::cli::Watch;
+use stickslip::Watch;
+use stickslip::cli::CommandHandle;
 
 /// Signals are looked for so often.
 const INTERVAL: Duration = Duration::from_millis(50);
 /// Of a thread that computes: that of the program's main thread.
 const STACK: usize = 8 << 20;
 
-/// Asks now and then whether a signal has come, from within a computation.
-pub struct Signals {
-    last: Instant,
-    /// What the handler raised, KeyboardInterrupt as a rule.
-    pub raised: Option<PyErr>,
-}
+/// Observer that ends a computation after a signal: the time of the last look, and what the signal's handler raised,
+/// KeyboardInterrupt as a rule.
+pub struct Signals(Mutex<(Instant, Option<PyErr>)>);
 
 impl Signals {
     pub fn new() -> Self {
-        Signals {
-            last: Instant::now(),
-            raised: None,
-        }
+        Signals(Mutex::new((Instant::now(), None)))
     }
 
-    pub fn ask(&mut self) -> ControlFlow<()> {
-        if self.raised.is_none() && self.last.elapsed() >= INTERVAL {
-            self.last = Instant::now();
-            self.raised = Python::attach(|py| py.check_signals()).err();
+    pub fn raised(self) -> Option<PyErr> {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner).1
+    }
+}
+
+impl Watch for Signals {
+    fn stopped(&self) -> bool {
+        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (last, raised) = &mut *state;
+        if raised.is_none() && last.elapsed() >= INTERVAL {
+            *last = Instant::now();
+            *raised = Python::attach(|py| py.check_signals()).err();
         }
-        match self.raised {
-            Some(_) => ControlFlow::Break(()),
-            None => ControlFlow::Continue(()),
-        }
+        raised.is_some()
     }
 }
 
@@ -47,11 +46,11 @@ impl Signals {
 pub fn interruptible<T: Send>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(Arc<Watch>) -> T + Send,
+    work: impl FnOnce(Arc<CommandHandle>) -> T + Send,
 ) -> PyResult<T> {
-    let watch = Arc::new(Watch::default());
+    let watch = Arc::new(CommandHandle::default());
     let mut told = None;
-    let mut tell = |watch: &Watch| -> PyResult<()> {
+    let mut tell = |watch: &CommandHandle| -> PyResult<()> {
         let now = watch.progress();
         match (&progress, now) {
             (Some(progress), Some(numbers)) if now != told => {

@@ -2,7 +2,7 @@
 
 use super::arguments::{CalibrateOptions, Common};
 use super::input::{interrupt_flag, overwrite};
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::terminal::{lines, or_none};
 use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::target::{self, Product};
@@ -35,16 +35,9 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<C
         check_case_target(case, &path, &study, options.force)?;
     }
     let jobs = options.runs.jobs.unwrap_or_else(stickslip_engine::workers::processors);
-    let bar = Bar::new(common);
+    let bar = Bar::new(common, BarKind::Parts, &stop);
     let clock = Instant::now();
-    let result = find(
-        &study,
-        &stickslip_analysis::calibrate::CalibrationOptions {
-            workers: jobs,
-            stop: &stop,
-        },
-        &mut |progress| bar.count(progress.done, progress.total, "done", progress.stage),
-    );
+    let result = find(&study, jobs, &bar);
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
     let calibration = match result {

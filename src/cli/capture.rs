@@ -1,7 +1,7 @@
 //! Runs a command inside another program, which receives the report and the JSON document.
 
 use super::arguments::ProgressChoice;
-use super::captured::{Capturing, Said, Watch};
+use super::captured::{Capturing, CommandHandle, Said};
 use super::{Arguments, CommandEnd, CommandError, dispatch};
 use clap::Parser;
 use std::ffi::OsString;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// -o -` still writes to standard output.
 pub fn capture(
     arguments: impl IntoIterator<Item = OsString>,
-    watch: Arc<Watch>,
+    watch: Arc<CommandHandle>,
 ) -> (Said, Result<CommandEnd, CommandError>) {
     let capturing = Capturing::new(watch);
     let end = ended(arguments);

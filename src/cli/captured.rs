@@ -18,14 +18,14 @@ pub struct Said {
 
 /// Channel between a program and its command, for stop requests, progress and an executor.
 #[derive(Debug, Default)]
-pub struct Watch {
+pub struct CommandHandle {
     /// Stops the command cleanly.
     pub stop: Arc<AtomicBool>,
     progress: Mutex<Option<(u64, u64)>>,
     executor: Mutex<Option<Box<dyn Executor>>>,
 }
 
-impl Watch {
+impl CommandHandle {
     /// Lets an executor run the points of a sweep, instead of threads of this process.
     pub fn let_run(&self, executor: Box<dyn Executor>) {
         if let Ok(mut slot) = self.executor.lock() {
@@ -41,7 +41,7 @@ impl Watch {
 
 struct Capture {
     said: Said,
-    watch: Arc<Watch>,
+    watch: Arc<CommandHandle>,
 }
 
 thread_local! {
@@ -52,7 +52,7 @@ thread_local! {
 pub(super) struct Capturing(());
 
 impl Capturing {
-    pub fn new(watch: Arc<Watch>) -> Self {
+    pub fn new(watch: Arc<CommandHandle>) -> Self {
         let said = Said::default();
         CAPTURE.with_borrow_mut(|slot| *slot = Some(Capture { said, watch }));
         Capturing(())

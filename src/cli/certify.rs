@@ -3,13 +3,14 @@
 use super::arguments::{CertifyOptions, Common, FigureFormat};
 use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, overwrite};
 use super::plot::{self, figure_target};
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::{
     CommandEnd, CommandError, certify_report, complain, interrupted, print, print_json, strictly, wants_json,
     wants_text,
 };
 use crate::plot::onset;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use stickslip_analysis::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
@@ -202,7 +203,12 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case next to the target; `None` if interrupted.
-fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
+fn obtain(
+    given: &GivenCase,
+    case: &Case,
+    target: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
         if *file.status() != Status::Complete {
@@ -223,7 +229,7 @@ fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &AtomicBool) -> R
     let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
     let scratch = Scratch(path.clone());
     let saved = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
-    let saved = saved.stop(stop).start()?;
+    let saved = saved.watch(&**stop).start()?;
     if let Some(failure) = saved.run.failure {
         return Err(CommandError::computation(failure.to_string()));
     }
@@ -277,12 +283,12 @@ fn examine(
     options: &CertifyOptions,
     common: &Common,
     deadline: Deadline,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
 ) -> Result<Certified, CommandError> {
-    let bar = Bar::new(common);
+    let bar = Bar::new(common, BarKind::Share, stop);
     let wanted = options.oracle || oracle_decides(case);
     let exact = wanted.then(|| written.exact()).transpose()?;
-    let mut certify = Certify::new(case).sensitivities(written).until(deadline).stop(stop);
+    let mut certify = Certify::new(case).sensitivities(written).until(deadline).watch(&bar);
     let digits = options.digits.unwrap_or(0);
     if let Some(exact) = &exact {
         certify = match oracle_decides(case) {
@@ -290,7 +296,7 @@ fn examine(
             false => certify.oracle(exact, digits),
         };
     }
-    let certified = certify.progress(|now| bar.oracle(now)).start(record);
+    let certified = certify.start(record);
     bar.finish();
     certified.map_err(|error| match error {
         CertifyError::Run(text) => CommandError::computation(text),

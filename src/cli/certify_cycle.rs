@@ -4,7 +4,6 @@ use super::arguments::{CertifyOptions, Common};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, output_of, overwrite};
 use super::{CommandEnd, CommandError, interrupted, tell, terminal};
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use stickslip_analysis::cycle::{CycleError, CycleFileError, Enclosed, NotCertified, certify as by_oracle, from_file};
@@ -63,14 +62,7 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         Ok(found) => found,
     };
     let exact = Case::exact(&origin.source, &origin.changes)?;
-    let mut told = |computed: u32, corrections: usize| {
-        log::debug!("oracle with {computed} digits, correction {corrections}");
-        match stopped() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
-    };
-    let certificate = match by_oracle(&family, &orbit, &exact, digits, origin.periods_before, &mut told) {
+    let certificate = match by_oracle(&family, &orbit, &exact, digits, origin.periods_before, &*stop) {
         Err(NotCertified::Cycle(CycleError::Interrupted) | NotCertified::Oracle(OracleError::Interrupted(_))) => {
             return interrupted(common, " while the oracle computed; no certificate was written");
         }

@@ -3,7 +3,7 @@
 use super::arguments::{Common, ContinueOptions};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, overrides, overwrite};
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::sweep::resumable;
 use super::{CommandEnd, CommandError, interrupted, strictly, tell, terminal};
 use std::path::{Path, PathBuf};
@@ -22,13 +22,12 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
     let path = options.output.clone();
     let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
     let stop = interrupt_flag()?;
-    let bar = Bar::of_branches(common);
+    let bar = Bar::new(common, BarKind::Branches, &stop);
     let clock = Instant::now();
     let result = Continuation::new(&study, &path)
         .overwrite(overwrite(options.force))
         .resume(options.resume)
-        .stop(&stop)
-        .progress(|progress| bar.branches(progress))
+        .watch(&bar)
         .start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();

@@ -151,7 +151,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         .overwrite(overwrite(options.force))
         .inputs(&given.files)
         .additions(&additions)
-        .stop(&stop)
+        .watch(&*stop)
         .start()?;
     if let Some(error) = &saved.unsaved {
         return Err(CommandError::computation(error));

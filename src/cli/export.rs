@@ -7,6 +7,7 @@ use super::{CommandEnd, CommandError, complain, interrupted, tell};
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
 use std::io;
 use std::path::Path;
+use stickslip_files::schema::{StorageKind, Variable};
 use stickslip_files::{ResultFile, Status, open_sound};
 
 pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<CommandEnd, CommandError> {
@@ -60,13 +61,27 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
     inputs.extend(options.at.clone());
     found.save(&options.output, format, &inputs, options.force)?;
     let left_out = &found.left_out;
+    let column = |column: &Variable| {
+        document! {
+            name: column.name.clone(),
+            units: column.units.clone(),
+            long_name: column.long_name.clone(),
+            kind: match column.kind {
+                StorageKind::Float64 => "number",
+                StorageKind::Int32 | StorageKind::Int64 => "whole",
+                StorageKind::Int8 => "code",
+            };
+            optional:
+            meanings: Some(column.flags.clone()).filter(|words| !words.is_empty()),
+        }
+    };
     let document = || {
         document! {
             file: options.output.display().to_string(),
             format: format.name(),
             table: &found.table.name,
             rows: found.table.rows,
-            columns: &found.table.columns;
+            columns: found.table.columns.iter().map(column).collect::<Vec<_>>();
             optional:
             // Method that computed values between the samples.
             evaluated: found.origin.evaluated.as_deref(),

@@ -59,7 +59,7 @@ mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
 pub use capture::capture;
-pub use captured::{Said, Watch};
+pub use captured::{CommandHandle, Said};
 pub use completions::complete_if_asked;
 
 use arguments::{Command, Common};

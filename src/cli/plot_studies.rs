@@ -9,11 +9,11 @@ use serde::Serialize;
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 use stickslip_analysis::continuation::Stored;
-use stickslip_files::{Reason, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
+use stickslip_files::{Reason, ResultFile, StudyFile, check_sound};
 
 pub(super) enum StudyKind {
     Run,
-    Sweep(Box<SweepFile>),
+    Sweep(Box<StudyFile>),
     WorkPrecision,
     Branches,
 }
@@ -42,10 +42,10 @@ pub(super) struct NotDrawn {
 }
 
 pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
-    let kind = match SweepFile::open(path) {
+    let kind = match StudyFile::open_sweep(path) {
         Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
-        Err(_) if WorkPrecisionFile::is_one(path) => StudyKind::WorkPrecision,
+        Err(_) if StudyFile::is_work_precision(path) => StudyKind::WorkPrecision,
         Err(_) if Stored::is_one(path) => StudyKind::Branches,
         // The command that draws the file will report the error.
         Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),
@@ -67,7 +67,7 @@ pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     })
 }
 
-pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
+pub(super) fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
     let figures = named(studies::figures(file, choice)?, only, file.path())?;
     let mut chosen = Chosen::of(figures);
     chosen.distributions = studies::distributions(file, choice)?;

@@ -3,122 +3,97 @@
 use super::arguments::{Common, ProgressChoice};
 use super::captured;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Arguments;
 use std::io::IsTerminal;
+use std::ops::ControlFlow;
 use std::path::Path;
-use stickslip_analysis::continuation::ContinuationProgress;
-use stickslip_analysis::sweep::SweepProgress;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_compare::{CompareProgress, CompareStage};
-use stickslip_engine::simulation::Progress;
-use stickslip_oracle::OracleProgress;
-
-const MESSAGE: &str = "{bar:16} {msg}  {elapsed} (left {eta})";
+use stickslip_engine::workers::go_on_unless;
+use stickslip_system::watch::Watch;
 
 const TICKS: f64 = 1000.0;
 
-pub(super) struct Bar(ProgressBar);
+/// Kind of a progress bar.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum BarKind {
+    /// Share of the work.
+    Share,
+    /// Parts of a known number.
+    Parts,
+    /// Points, with their rate.
+    Points,
+    /// Branches, of an unknown number.
+    Branches,
+}
+
+/// Progress bar of a command, with the flag that stops the command.
+pub(super) struct Bar {
+    bar: ProgressBar,
+    shown: BarKind,
+    stop: Arc<AtomicBool>,
+}
 
 impl Bar {
-    pub(super) fn new(common: &Common) -> Self {
-        Bar(bar(common, TICKS as u64, MESSAGE))
-    }
-
-    pub(super) fn of_points(common: &Common) -> Self {
-        let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})");
-        bar.set_message("0 points");
-        Bar(bar)
-    }
-
-    pub(super) fn run(&self, progress: Progress, end_time: f64) {
-        let Progress { time, mode, events } = progress;
-        let mode = mode.name();
-        self.share(time / end_time, || {
-            format!("t = {time:.6} s of {end_time} s, {mode}, {events} events")
-        });
-    }
-
-    pub(super) fn oracle(&self, progress: OracleProgress) {
-        let OracleProgress { digits, time, end_time } = progress;
-        // A further run with more digits has started.
-        if !self.0.is_hidden() && ((TICKS * time / end_time) as u64) < self.0.position() {
-            self.0.reset();
+    pub(super) fn new(common: &Common, shown: BarKind, stop: &Arc<AtomicBool>) -> Self {
+        let template = match shown {
+            BarKind::Share | BarKind::Parts => "{bar:16} {msg}  {elapsed} (left {eta})",
+            BarKind::Points => "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})",
+            BarKind::Branches => "{spinner} {msg}  {elapsed}",
+        };
+        let bar = bar(common, TICKS as u64, template);
+        if shown == BarKind::Points {
+            bar.set_message("0 points");
         }
-        self.share(time / end_time, || {
-            format!("oracle with {digits} digits: t = {time:.6} s of {end_time} s")
-        });
+        let stop = stop.clone();
+        Bar { bar, shown, stop }
     }
 
     pub(super) fn comparison(&self, progress: CompareProgress, candidate: &Path) {
-        self.share(progress.done, || {
-            let stage = match progress.stage {
-                CompareStage::Events { time } => format!("events, t = {time:.6} s"),
-                CompareStage::States { time } => format!("states, t = {time:.6} s"),
-                CompareStage::Causes { of: 0, .. } => "trying causes".to_owned(),
-                CompareStage::Causes { runs, of } => format!("trying causes, {runs} of {of} runs"),
-            };
-            format!("{}: {stage}", candidate.display())
-        });
-    }
-
-    pub(super) fn count(&self, done: usize, of: usize, what: &str, under_way: &str) {
-        captured::progress(done as u64, of as u64);
-        if self.0.is_hidden() {
-            return;
-        }
-        self.0.set_length(of as u64);
-        self.0.set_position(done as u64);
-        self.0.set_message(format!("{done} of {of} {what}, {under_way}"));
-    }
-
-    pub(super) fn points(&self, progress: SweepProgress) {
-        captured::progress(progress.done, progress.total);
-        let bar = &self.0;
-        if bar.is_hidden() {
-            return;
-        }
-        if bar.length() != Some(progress.total) {
-            bar.set_length(progress.total);
-        }
-        // Points of an earlier start do not count for the rate.
-        let earlier = bar.position() == 0 && progress.done > 0;
-        bar.set_position(progress.done);
-        if earlier {
-            bar.reset_eta();
-        }
-        let more = if progress.open { " or more" } else { "" };
-        let failed = match progress.failed {
-            0 => String::new(),
-            failed => format!(", {failed} failed"),
+        let stage = match progress.stage {
+            CompareStage::Events { time } => format!("events, t = {time:.6} s"),
+            CompareStage::States { time } => format!("states, t = {time:.6} s"),
+            CompareStage::Causes { of: 0, .. } => "trying causes".to_owned(),
+            CompareStage::Causes { runs, of } => format!("trying causes, {runs} of {of} runs"),
         };
-        bar.set_message(format!("{}{more} points{failed}", progress.total));
-    }
-
-    pub(super) fn of_branches(common: &Common) -> Self {
-        Bar(bar(common, 1, "{spinner} {msg}  {elapsed}"))
-    }
-
-    pub(super) fn branches(&self, progress: ContinuationProgress) {
-        captured::progress(progress.points as u64, progress.points as u64);
-        if self.0.is_hidden() {
-            return;
-        }
-        self.0.tick();
-        self.0.set_message(format!(
-            "branch {}, {} points, at {:.9}",
-            progress.branches.saturating_sub(1),
-            progress.points,
-            progress.value
-        ));
-    }
-
-    fn share(&self, share: f64, message: impl FnOnce() -> String) {
-        if !self.0.is_hidden() {
-            self.0.set_position((TICKS * share) as u64);
-            self.0.set_message(message());
-        }
+        let _ = self.at(progress.done, 1.0, format_args!("{}: {stage}", candidate.display()));
     }
 
     pub(super) fn finish(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Watch for Bar {
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn at(&self, done: f64, of: f64, what: Arguments<'_>) -> ControlFlow<()> {
+        let bar = &self.bar;
+        let unit = if self.shown == BarKind::Share { TICKS / of } else { 1.0 };
+        let (position, length) = ((unit * done) as u64, (unit * of) as u64);
+        if self.shown != BarKind::Share {
+            captured::progress(position, length);
+        }
+        if !bar.is_hidden() {
+            let before = bar.position();
+            if bar.length() != Some(length) {
+                bar.set_length(length);
+            }
+            // The oracle has started a further run with more digits.
+            if position < before && self.shown == BarKind::Share {
+                bar.reset();
+            }
+            bar.set_position(position);
+            // Points of an earlier start do not count for the rate.
+            if self.shown == BarKind::Points && before == 0 && position > 0 {
+                bar.reset_eta();
+            }
+            bar.set_message(what.to_string());
+        }
+        go_on_unless(self.stopped())
     }
 }
 

@@ -2,9 +2,8 @@
 
 use super::arguments::{Common, RunOptions};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::{CommandEnd, CommandError, complain, interrupted, print, print_json, strictly, terminal};
-use std::ops::ControlFlow;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
@@ -22,7 +21,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
     let path = output_of(source, options.output.as_deref(), suffix)?;
     // Set before the partial file exists, so that an interruption ends the run cleanly from then on.
     let stop = interrupt_flag()?;
-    let (bar, end_time) = (Bar::new(common), case.output.end_time);
+    let bar = Bar::new(common, BarKind::Share, &stop);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
@@ -34,11 +33,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
         .overwrite(overwrite(options.force))
         .inputs(&given.files)
         .witness(!options.no_witness)
-        .stop(&stop)
-        .control(|progress| {
-            bar.run(progress, end_time);
-            ControlFlow::Continue(())
-        })
+        .watch(&bar)
         .start();
     bar.finish();
     let SavedReport {

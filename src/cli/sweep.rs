@@ -3,7 +3,7 @@
 use super::arguments::{Common, SweepOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot_studies;
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::{CommandEnd, CommandError, captured, interrupted, strictly, tell};
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
@@ -15,7 +15,7 @@ use stickslip_analysis::sweep::{
     journal_path,
 };
 use stickslip_case::CaseError;
-use stickslip_files::{Reason, SweepFile};
+use stickslip_files::{Reason, StudyFile};
 
 /// A connected line of a boundary, in the units of its axes.
 #[derive(Serialize)]
@@ -54,19 +54,19 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
         .unwrap_or_else(|| default_path(&study, options.shard));
     let jobs = options.runs.jobs.unwrap_or_else(stickslip_engine::workers::processors);
     let stop = interrupt_flag()?;
-    let bar = Bar::of_points(common);
+    let bar = Bar::new(common, BarKind::Points, &stop);
     let mut executor = captured::executor();
     let mut sweep = Sweep::new(&study, &path)
         .overwrite(overwrite(options.force))
         .resume(options.resume)
         .shard(options.shard)
         .workers(jobs)
-        .stop(&stop);
+        .watch(&bar);
     if let Some(executor) = &mut executor {
         sweep = sweep.executor(&mut **executor);
     }
     let clock = Instant::now();
-    let result = sweep.progress(|progress| bar.points(progress)).start();
+    let result = sweep.start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
     let report = result.map_err(|error| command_error(&error, &path))?;
@@ -273,7 +273,7 @@ fn spread(study: &Study, shard: Option<Shard>, report: &SweepReport) -> String {
     if !matches!(study.design, Design::Rows(_)) || shard.is_some() {
         return String::new();
     }
-    let file = SweepFile::open(&report.file).map_err(PlotError::from);
+    let file = StudyFile::open_sweep(&report.file).map_err(PlotError::from);
     let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
     found.map_or_else(|_| String::new(), |found| plot_studies::report(&found))
 }

@@ -3,19 +3,16 @@
 use super::arguments::{Common, FigureFormat, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot;
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::terminal::{self, or_none};
 use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::{PlotError, signature, target, work_precision as figure};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 use stickslip_analysis::analysis::work_precision::{
     Measurement, MethodErrors, PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
 };
 use stickslip_analysis::provenance;
-use stickslip_engine::simulation::Method;
-use stickslip_engine::workers::go_on_unless;
-use stickslip_files::{Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use stickslip_files::Reservation;
 use stickslip_system::quote::bound;
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, CommandError> {
@@ -31,11 +28,8 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let names = signature::source(std::slice::from_ref(&path));
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files, &names)?;
     let started = provenance::now();
-    let bar = Bar::new(common);
-    let result = run(&study, &mut |progress| {
-        bar.count(progress.done, progress.of, "runs", progress.method.name());
-        go_on_unless(stop.load(Ordering::Relaxed))
-    });
+    let bar = Bar::new(common, BarKind::Parts, &stop);
+    let result = run(&study, &bar);
     bar.finish();
     let result = result.map_err(|error| match error {
         StudyError::Truth(_) => CommandError::input(error),
@@ -44,13 +38,8 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let Some(result) = result else {
         return interrupted(common, " before there was a reference; nothing is saved");
     };
-    let status = if result.interrupted {
-        Status::Interrupted
-    } else {
-        Status::Complete
-    };
-    let file = contents(&study, &result, &started)
-        .write(&place, &status)
+    let file = result
+        .write(&study, &started, &place)
         .map_err(CommandError::computation)?;
     let figures = draw(&study, &result, &figures, &names)?;
     tell(
@@ -126,52 +115,6 @@ fn draw(
         .iter()
         .map(|(path, format)| plot::draw(&figure, (path, *format), source.to_owned()).map(|()| path.clone()))
         .collect()
-}
-
-fn contents(study: &PrecisionStudy, result: &StudyResult, started: &str) -> WorkPrecisionFile {
-    let mut methods: Vec<Method> = Vec::new();
-    for m in &result.measurements {
-        if !methods.contains(&m.method) {
-            methods.push(m.method);
-        }
-    }
-    let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let run = |m: &Measurement| -> WorkPrecisionRow {
-        let (rtol, fixed_step) = m.knob.rtol_and_step();
-        let method = methods.iter().position(|&method| method == m.method);
-        [
-            method.unwrap_or_default() as f64,
-            missing(rtol),
-            missing(fixed_step),
-            m.failure.is_some().into(),
-            m.same_sequence.into(),
-            m.events as f64,
-            missing(m.errors.onset),
-            missing(m.errors.final_stick),
-            missing(m.errors.largest),
-            m.steps as f64,
-            m.rhs_evaluations as f64,
-            m.jacobian_evaluations as f64,
-            m.wall_time,
-        ]
-    };
-    let (reference, unsure) = (&result.reference, &result.uncertainty);
-    let events = reference.events.iter().zip(&reference.uncertainties);
-    WorkPrecisionFile {
-        title: study.title.clone(),
-        source: provenance::source(),
-        history: format!("{started} {}", provenance::command_line()),
-        study: study.source.text.clone(),
-        resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
-        meta: provenance::program(started),
-        runs: result.measurements.iter().map(run).collect(),
-        methods: methods.iter().map(|method| method.name().to_owned()).collect(),
-        reference: reference.description.clone(),
-        events: events
-            .map(|(&(kind, time), &uncertainty)| [kind.code().into(), time, uncertainty])
-            .collect(),
-        uncertainties: [unsure.onset, unsure.final_stick, unsure.largest].map(missing),
-    }
 }
 
 fn report(study: &PrecisionStudy, result: &StudyResult) -> String {

@@ -2,15 +2,16 @@
 //! decimal of the same double, a code is its word, and NaN is `NaN`.
 
 use super::ExportError;
-use super::table::{ColumnKind, ExportColumn, ExportTable};
+use super::table::ExportTable;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use stickslip_files::schema::{StorageKind, Variable};
 
-pub(super) fn header(columns: &[ExportColumn]) -> String {
-    line(columns.iter().map(ExportColumn::header))
+pub(super) fn header(columns: &[Variable]) -> String {
+    line(columns.iter().map(Variable::header))
 }
 
-pub(super) fn plain_header(columns: &[ExportColumn]) -> String {
+pub(super) fn plain_header(columns: &[Variable]) -> String {
     line(columns.iter().map(|column| column.name.clone()))
 }
 
@@ -26,14 +27,14 @@ fn quoted(text: &str) -> String {
     }
 }
 
-fn push(line: &mut String, column: &ExportColumn, value: f64) {
+fn push(line: &mut String, column: &Variable, value: f64) {
     use std::fmt::Write;
     // Writing to a string cannot fail.
     let _ = match column.kind {
         _ if value.is_nan() => write!(line, "NaN"),
-        ColumnKind::Code => write!(line, "{}", quoted(&column.word(value))),
-        ColumnKind::Whole => write!(line, "{value:.0}"),
-        ColumnKind::Number => write!(line, "{value:?}"),
+        StorageKind::Int8 => write!(line, "{}", quoted(&column.word(value as i64))),
+        StorageKind::Int32 | StorageKind::Int64 => write!(line, "{value:.0}"),
+        StorageKind::Float64 => write!(line, "{value:?}"),
     };
 }
 

@@ -3,10 +3,11 @@
 
 use super::ExportError;
 use super::metadata::{MARK, TableOrigin, metadata, raw};
-use super::table::{ColumnKind, ExportTable};
+use super::table::ExportTable;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
+use stickslip_files::schema::StorageKind;
 
 /// Largest variable, bytes. Its size is a 32-bit number, one bit of which readers take for the sign.
 const MOST_BYTES: u64 = (1 << 31) - 1024;
@@ -69,9 +70,9 @@ pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path
     sink.write_all(&start).map_err(failed)?;
     for (k, column) in table.columns.iter().enumerate() {
         let (kind, class, size) = match column.kind {
-            ColumnKind::Number => (DOUBLE, DOUBLE_CLASS, 8),
-            ColumnKind::Whole => (INT64, INT64_CLASS, 8),
-            ColumnKind::Code => (INT8, INT8_CLASS, 1),
+            StorageKind::Float64 => (DOUBLE, DOUBLE_CLASS, 8),
+            StorageKind::Int32 | StorageKind::Int64 => (INT64, INT64_CLASS, 8),
+            StorageKind::Int8 => (INT8, INT8_CLASS, 1),
         };
         let name: String = column.name.chars().take(LONGEST_NAME).collect();
         let head = head(class, table.rows, 1, &name);

@@ -1,7 +1,8 @@
 //! Origin and columns of a table, as metadata for the formats that can store them.
 
-use super::table::{ColumnKind, ExportColumn, ExportTable};
+use super::table::ExportTable;
 use serde::Serialize;
+use stickslip_files::schema::{StorageKind, Variable};
 use stickslip_system::quote;
 
 /// Mark of this program's exports, which CSV cannot store.
@@ -46,7 +47,7 @@ pub(super) fn metadata(table: &ExportTable, origin: &TableOrigin) -> String {
         units: &column.units,
         long_name: &column.long_name,
         codes: column
-            .meanings
+            .flags
             .iter()
             .map(|(code, word)| (word.clone(), (*code).into()))
             .collect(),
@@ -75,10 +76,12 @@ pub(super) fn metadata(table: &ExportTable, origin: &TableOrigin) -> String {
 }
 
 /// Binary values, little-endian: numbers as doubles, integers in 8 bytes, codes in 1 byte.
-pub(super) fn raw(column: &ExportColumn, values: &[f64]) -> Vec<u8> {
+pub(super) fn raw(column: &Variable, values: &[f64]) -> Vec<u8> {
     match column.kind {
-        ColumnKind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
-        ColumnKind::Whole => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
-        ColumnKind::Code => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
+        StorageKind::Float64 => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        StorageKind::Int32 | StorageKind::Int64 => {
+            values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect()
+        }
+        StorageKind::Int8 => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
     }
 }

@@ -27,7 +27,7 @@ pub use error::ExportError;
 pub use formats::Format;
 pub use metadata::TableOrigin;
 pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
-pub use table::{ColumnKind, ExportColumn, ExportTable};
+pub use table::ExportTable;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -2,11 +2,12 @@
 
 use super::ExportError;
 use super::metadata::{MARK, TableOrigin, metadata, raw};
-use super::table::{ColumnKind, ExportTable};
+use super::table::ExportTable;
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
+use stickslip_files::schema::StorageKind;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -71,9 +72,9 @@ pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path
     };
     for (k, column) in table.columns.iter().enumerate() {
         let (descr, size) = match column.kind {
-            ColumnKind::Number => ("<f8", 8),
-            ColumnKind::Whole => ("<i8", 8),
-            ColumnKind::Code => ("|i1", 1),
+            StorageKind::Float64 => ("<f8", 8),
+            StorageKind::Int32 | StorageKind::Int64 => ("<i8", 8),
+            StorageKind::Int8 => ("|i1", 1),
         };
         member(&mut archive, &column.name, size * table.rows)?;
         archive

@@ -1,6 +1,6 @@
 //! The requested table: its columns, and its rows or the times at which it is evaluated.
 
-use super::table::{BLOCK, ColumnKind, ExportColumn, ExportTable, Spool};
+use super::table::{BLOCK, ExportTable, Spool};
 use super::{Export, ExportError, TableOrigin};
 use std::fs::File;
 use std::ops::Range;
@@ -9,8 +9,8 @@ use stickslip_analysis::provenance;
 use stickslip_case::input::{InputRows, LONGEST_LINE};
 use stickslip_case::suggest;
 use stickslip_compare::{Channel, Reference};
-use stickslip_files::schema::group;
-use stickslip_files::{DenseOutput, EventSide, ResultFile, TableColumn};
+use stickslip_files::schema::{Variable, group};
+use stickslip_files::{DenseOutput, EventSide, ResultFile};
 use stickslip_system::quote::{quoted, shown};
 
 /// Limits: number of times in a list, and number of evaluated rows.
@@ -75,25 +75,10 @@ const OF_EVENTS: [&str; 6] = [
     "true_error",
 ];
 
-fn column(found: TableColumn) -> ExportColumn {
-    let kind = match (found.whole, found.flags.is_empty()) {
-        (true, false) => ColumnKind::Code,
-        (true, true) => ColumnKind::Whole,
-        _ => ColumnKind::Number,
-    };
-    ExportColumn {
-        name: found.name,
-        units: found.units,
-        long_name: found.long_name,
-        kind,
-        meanings: found.flags,
-    }
-}
-
-pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(ExportColumn, String)>, ExportError> {
-    let of = |group: &str| -> Result<Vec<(ExportColumn, String)>, ExportError> {
+pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Variable, String)>, ExportError> {
+    let of = |group: &str| -> Result<Vec<(Variable, String)>, ExportError> {
         let found = file.table(group)?.into_iter();
-        Ok(found.map(|one| (column(one), group.to_owned())).collect())
+        Ok(found.map(|one| (one, group.to_owned())).collect())
     };
     let mut all = of(which.name())?;
     if which == Which::Events {
@@ -278,7 +263,7 @@ fn with_time(columns: &[String]) -> Vec<String> {
 fn by_dense_output(
     file: &ResultFile,
     dense: &DenseOutput<'_>,
-    columns: Vec<ExportColumn>,
+    columns: Vec<Variable>,
     wanted: &[String],
     mut grid: TimeGrid<'_>,
 ) -> Result<Export<'static>, ExportError> {
@@ -310,7 +295,7 @@ fn by_dense_output(
 
 fn by_equations(
     reference: &Reference,
-    columns: impl Iterator<Item = ExportColumn>,
+    columns: impl Iterator<Item = Variable>,
     asked: &[String],
     grid: TimeGrid<'_>,
 ) -> Result<Export<'static>, ExportError> {

@@ -1,58 +1,13 @@
 //! Tables to export, with columns that can be read in any order, block by block.
 
 use super::ExportError;
-use serde::Serialize;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use stickslip_files::ResultFile;
+use stickslip_files::schema::Variable;
 
 pub(super) const BLOCK: usize = 16_384;
-
-/// Storage of a column's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ColumnKind {
-    /// Doubles.
-    Number,
-    /// Whole numbers.
-    Whole,
-    /// Whole numbers that stand for words.
-    Code,
-}
-
-/// One column.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ExportColumn {
-    /// Name in the result file.
-    pub name: String,
-    /// UDUNITS; "1" for a pure number.
-    pub units: String,
-    /// Description.
-    pub long_name: String,
-    /// Storage of the values.
-    pub kind: ColumnKind,
-    /// Words of the codes; empty for numbers.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub meanings: Vec<(i64, String)>,
-}
-
-impl ExportColumn {
-    /// Name and unit, as in the header of a table.
-    pub fn header(&self) -> String {
-        match self.units.as_str() {
-            "" | "1" => self.name.clone(),
-            units => format!("{} [{units}]", self.name),
-        }
-    }
-
-    /// The word of a code, or the code itself if it has no word.
-    pub(super) fn word(&self, value: f64) -> String {
-        let code = value as i64;
-        let known = self.meanings.iter().find(|(known, _)| *known == code);
-        known.map_or_else(|| code.to_string(), |(_, word)| word.clone())
-    }
-}
 
 #[derive(Debug)]
 enum ExportRows<'a> {
@@ -67,7 +22,7 @@ pub struct ExportTable<'a> {
     /// Name, such as "trajectory".
     pub name: String,
     /// Columns in their order.
-    pub columns: Vec<ExportColumn>,
+    pub columns: Vec<Variable>,
     /// Number of rows.
     pub rows: usize,
     source: ExportRows<'a>,
@@ -77,7 +32,7 @@ impl<'a> ExportTable<'a> {
     pub(super) fn of_file(
         name: &str,
         file: &'a ResultFile,
-        columns: Vec<(ExportColumn, String)>,
+        columns: Vec<(Variable, String)>,
         rows: Range<usize>,
     ) -> ExportTable<'a> {
         let (columns, groups) = columns.into_iter().unzip();
@@ -165,11 +120,7 @@ impl Spool {
         self.file.write_all(&bytes).map_err(ExportError::temporary)
     }
 
-    pub(super) fn finish(
-        mut self,
-        name: &str,
-        columns: Vec<ExportColumn>,
-    ) -> Result<ExportTable<'static>, ExportError> {
+    pub(super) fn finish(mut self, name: &str, columns: Vec<Variable>) -> Result<ExportTable<'static>, ExportError> {
         self.flush()?;
         Ok(ExportTable {
             name: name.to_owned(),

@@ -20,8 +20,8 @@ const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
 const WITHOUT: &str = "the file has no certificate: `stickslip certify FILE` writes a copy with one";
 
 fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
-    let found = group.columns.iter().find(|(column, _)| column.name == name);
-    found.map(|(_, values)| values.as_slice())
+    let found = group.columns.iter().find(|(column, ..)| column.name == name);
+    found.map(|(.., values)| values.as_slice())
 }
 
 /// For each event the range from rounding to its uncertainty, and the true error if the exact solution is known.

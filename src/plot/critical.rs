@@ -6,14 +6,14 @@ use super::scale::superscript;
 use super::studies::data::{drawn_axis, levels, short};
 use super::style::{BLACK, GREY, PALETTE};
 use stickslip_case::{Case, CaseSource};
-use stickslip_files::{Reason, ResultError, SweepFile};
+use stickslip_files::{Reason, ResultError, StudyFile};
 use stickslip_system::model::system::System;
 
 /// The figure of a sweep file that contains boundaries.
 ///
 /// # Errors
 /// The file contains no boundary, or is unreadable.
-pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
+pub fn figure(file: &StudyFile) -> Result<Figure, PlotError> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
     let (x, y, panel) = panel(file)?.ok_or_else(none)?;
     let is_the_papers = x == "friction_decay" && y == "torsion_damping";
@@ -28,7 +28,7 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
 }
 
 /// The variables of both axes, and the panel; `None` for a file without boundaries.
-pub(super) fn panel(file: &SweepFile) -> Result<Option<(String, String, Panel)>, PlotError> {
+pub(super) fn panel(file: &StudyFile) -> Result<Option<(String, String, Panel)>, PlotError> {
     let Some(Boundary { x, y, curves: traced }) = boundary(file)? else {
         return Ok(None);
     };
@@ -65,7 +65,7 @@ pub(super) struct Boundary {
     pub curves: Vec<Curve>,
 }
 
-pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> {
+pub(super) fn boundary(file: &StudyFile) -> Result<Option<Boundary>, PlotError> {
     let (Some(x), Some(y)) = (file.text("boundary/x"), file.text("boundary/y")) else {
         return Ok(None);
     };
@@ -97,7 +97,7 @@ pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> 
 }
 
 /// Whether the base case is the paper's. The kick may differ, because the study sets it.
-fn of_the_papers_case(file: &SweepFile) -> bool {
+fn of_the_papers_case(file: &StudyFile) -> bool {
     let system = |source| Case::read(&source, &[]).ok().map(|case| case.system);
     let base = file.case_text().map(|text| CaseSource::result(file.path(), text));
     let papers = CaseSource::built_in("paper").ok().and_then(system);
@@ -179,7 +179,7 @@ struct CriticalLine {
     points: Vec<(f64, f64)>,
 }
 
-fn lines(file: &SweepFile, group: &str, by: &str, x: &str, y: &str) -> Result<Vec<CriticalLine>, ResultError> {
+fn lines(file: &StudyFile, group: &str, by: &str, x: &str, y: &str) -> Result<Vec<CriticalLine>, ResultError> {
     let names = file.variables(group);
     if names.is_empty() {
         return Ok(Vec::new());

@@ -5,9 +5,7 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
 use plotters::style::RGBColor;
 use std::path::Path;
-use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, PrecisionReference, StudyResult};
-use stickslip_engine::simulation::Method;
-use stickslip_files::{Reason, WorkPrecisionFile};
+use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, StudyResult};
 
 /// Smallest drawn error, s, below any uncertainty of seconds in doubles. Zero has no logarithm.
 const LEAST: f64 = 1e-16;
@@ -28,60 +26,8 @@ struct MethodSeries<'a> {
 /// # Errors
 /// The file is of another kind, of a newer version, or damaged.
 pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
-    let file = WorkPrecisionFile::read(path)?;
-    let known = |value: f64| value.is_finite().then_some(value);
-    let mut measurements = Vec::with_capacity(file.runs.len());
-    for &run in &file.runs {
-        let [
-            code,
-            rtol,
-            fixed_step,
-            failed,
-            same_sequence,
-            events,
-            errors @ ..,
-            steps,
-            rhs,
-            jacobians,
-            wall_time,
-        ] = run;
-        let [onset, final_stick, largest] = errors.map(known);
-        let name = file.methods.get(code as usize).filter(|_| code >= 0.0);
-        let method = name.and_then(|name| Method::from_name(name));
-        let (what, code) = ("/runs/method", code as i8);
-        measurements.push(Measurement {
-            method: method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?,
-            knob: known(fixed_step).map_or(Knob::Tolerance(rtol), Knob::FixedStep),
-            failure: (failed != 0.0).then(String::new),
-            errors: MethodErrors {
-                onset,
-                final_stick,
-                largest,
-            },
-            events: events as usize,
-            same_sequence: same_sequence != 0.0,
-            steps: steps as u64,
-            rhs_evaluations: rhs as u64,
-            jacobian_evaluations: jacobians as u64,
-            wall_time,
-        });
-    }
-    let [onset, final_stick, largest] = file.uncertainties.map(known);
-    let result = StudyResult {
-        reference: PrecisionReference {
-            description: file.reference,
-            events: Vec::new(),
-            uncertainties: Vec::new(),
-        },
-        uncertainty: MethodErrors {
-            onset,
-            final_stick,
-            largest,
-        },
-        measurements,
-        interrupted: false,
-    };
-    Ok(figure(&file.title, &result))
+    let (title, result) = StudyResult::read(path)?;
+    Ok(figure(&title, &result))
 }
 
 /// Errors over calls of the right-hand side, and over time. Open circles are errors within the uncertainty of the

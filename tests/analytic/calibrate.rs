@@ -1,8 +1,7 @@
 //! Calibrations with an answer in closed form: T_n = 2 pi sqrt(J/k_t) alone decides them.
 
 use std::f64::consts::TAU;
-use std::sync::atomic::AtomicBool;
-use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
+use stickslip::calibrate::{Calibration, CalibrationStudy, Determined, Role, calibrate};
 use stickslip::sweep::StudySource;
 
 /// Short runs: T_n needs no sliding.
@@ -25,12 +24,7 @@ const STIFFNESS: f64 = 6.822e7 * 4.4482216152605 * 0.0254;
 fn found(free_and_targets: &str) -> Calibration {
     let source = StudySource::text("test", &format!("{QUICK}\n{free_and_targets}"));
     let study = CalibrationStudy::parse(source, &[]).unwrap();
-    let stop = AtomicBool::new(false);
-    let options = CalibrationOptions {
-        workers: 2,
-        stop: &stop,
-    };
-    calibrate(&study, &options, &mut |_| {}).unwrap()
+    calibrate(&study, 2, &()).unwrap()
 }
 
 fn inertia(period: f64) -> f64 {

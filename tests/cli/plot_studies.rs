@@ -8,7 +8,7 @@ use std::path::Path;
 use stickslip::plot::colors;
 use stickslip::plot::figure::{Cell, ColorKey};
 use stickslip::plot::studies::{self, Choice, StudyData};
-use stickslip::results::{ResultFile, SweepFile};
+use stickslip::results::{ResultFile, StudyFile};
 
 /// Sticks after a stop from a low speed, which take milliseconds to compute. The two lowest frictions are invalid.
 const MAP: &str = r#"
@@ -24,7 +24,7 @@ axis = [
 "#;
 
 /// Runs the study with the base case from a lower speed.
-fn with_map(folder: &Folder, study: &str) -> SweepFile {
+fn with_map(folder: &Folder, study: &str) -> StudyFile {
     let case = folder.ok("case paper");
     let lines = case
         .lines()

@@ -2,7 +2,6 @@
 
 use crate::common::random_brakes::difference;
 use num_rational::BigRational;
-use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
 use stickslip::analysis::{Attractor, Certified, Certify, SavedRun, Summary};
@@ -107,7 +106,7 @@ pub fn truth(
         threshold: exact.threshold,
         ..OracleRequest::default()
     };
-    oracle::solve(&exact.system, &request, &mut |_| ControlFlow::Continue(()))
+    oracle::solve(&exact.system, &request, &())
 }
 
 /// The largest distance of events from the exact ones, s, which have the same kinds.

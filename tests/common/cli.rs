@@ -5,7 +5,7 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
-use stickslip::results::{ResultFile, SweepFile};
+use stickslip::results::{ResultFile, StudyFile};
 
 /// A run that is over in a moment: the ramp and the beginning of the sliding.
 pub const SHORT: &[&str] = &["--set", "output.end_time=0.05", "--set", "output.interval=1e-3"];
@@ -125,8 +125,8 @@ impl Folder {
         std::fs::read(self.path(name)).unwrap()
     }
 
-    pub fn sweep_file(&self, name: &str) -> SweepFile {
-        SweepFile::open(&self.path(name)).unwrap()
+    pub fn sweep_file(&self, name: &str) -> StudyFile {
+        StudyFile::open_sweep(&self.path(name)).unwrap()
     }
 
     pub fn result(&self, name: &str) -> ResultFile {

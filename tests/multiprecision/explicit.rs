@@ -3,7 +3,6 @@
 use crate::common::cases::{self, built_in, by, parsed, recorded};
 use crate::common::random_brakes::difference;
 use crate::common::{event_sequence, largest_event_error, output, run, solver, truth};
-use std::ops::ControlFlow;
 use stickslip::analysis::work_precision::{self, MethodErrors, PrecisionStudy, StudySource};
 use stickslip::case::CaseSource;
 use stickslip::simulation::{Method, SolverOptions};
@@ -92,9 +91,7 @@ fn multiprecision_a_study_measures_the_errors() {
     let truth = truth("si-kick");
     let measure = |reference: &str| {
         let study = study(&format!("{SERIES}{reference}"));
-        work_precision::run(&study, &mut |_| ControlFlow::Continue(()))
-            .unwrap()
-            .unwrap()
+        work_precision::run(&study, &()).unwrap().unwrap()
     };
     let by_truth = measure("[reference]\ntruth = \"data/truth/si-kick.json\"\n");
     let by_runs = measure("");

@@ -183,7 +183,7 @@ fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32
         longest: Duration::from_secs(3600),
         ..OracleRequest::default()
     };
-    let solution = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+    let solution = oracle::solve(&exact, &request, &()).unwrap();
     let options = OracleOptions {
         digits: solution.digits_computed + 20,
         end_time: request.end_time.clone(),

@@ -1089,7 +1089,7 @@ fn multiprecision_more_digits_change_nothing() {
             threshold: threshold(&parameters),
             ..OracleRequest::default()
         };
-        let solution = oracle::solve(&parameters, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+        let solution = oracle::solve(&parameters, &request, &()).unwrap();
         let finer = run(&parameters, solution.digits_computed + 20, "6");
         println!(
             "{} events, {} digits, {:.2} s",

@@ -1,20 +1,14 @@
 //! Calibration with rounded values from known parameters finds these parameters within the stated spread.
-use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
-use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Role, calibrate};
+use stickslip::calibrate::{Calibration, CalibrationStudy, Role, calibrate};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::sweep::StudySource;
 
 fn found(text: &str) -> Calibration {
     let source = StudySource::text("test", text);
     let study = CalibrationStudy::parse(source, &[]).unwrap();
-    let stop = AtomicBool::new(false);
-    let options = CalibrationOptions {
-        workers: 2,
-        stop: &stop,
-    };
-    calibrate(&study, &options, &mut |_| {}).unwrap()
+    calibrate(&study, 2, &()).unwrap()
 }
 
 /// Summary of a brake with these settings and a kick at the instability. The solver is not the one of calibrations.

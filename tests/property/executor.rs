@@ -1,6 +1,5 @@
 //! A sweep by an executor gives the same file as a sweep by threads, in any order of completion and after any failure.
 
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use stickslip::Sweep;
 use stickslip::sweep::{Executor, Study, StudySource, SweepError, evaluate};
@@ -40,7 +39,7 @@ struct Backwards {
 
 impl Executor for Backwards {
     fn submit(&mut self, study: &str, points: &str) -> Result<(), String> {
-        let outcomes = evaluate(study, points, &AtomicBool::new(false))?;
+        let outcomes = evaluate(study, points, &())?;
         self.done.push(outcomes.expect("nobody stops it"));
         Ok(())
     }

@@ -1,7 +1,6 @@
 //! Default tolerance of the points of a study: its accuracy, and exceptions from it.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
 use stickslip::case::Override;
 use stickslip::sweep::{
     PointOutcome, STUDY_RTOL, Study, StudySource, Values, quantity_index, run_points, without_a_file,
@@ -44,7 +43,7 @@ fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
         );
         Ok::<(), ()>(())
     };
-    run_points(&study, points, 2, &AtomicBool::new(false), &without_a_file, keep).unwrap();
+    run_points(&study, points, 2, &(), &without_a_file, keep).unwrap();
     found
 }
 

@@ -1,10 +1,9 @@
 //! A point of a study gives the same row alone and with others, on one thread and on two.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use stickslip::Watch;
 use stickslip::case::Case;
-use stickslip::simulation::Progress;
 use stickslip::sweep::{Integrate, PointOutcome, Stopped, Study, StudySource, run_point, run_points, without_a_file};
 
 fn study(text: &str) -> Study {
@@ -36,7 +35,7 @@ fn together(study: &Study, threads: usize, integrate: &Integrate) -> BTreeMap<u6
         found.extend(group.iter().map(|outcome| (outcome.number, format!("{outcome:?}"))));
         Ok::<(), ()>(())
     };
-    run_points(study, points, threads, &AtomicBool::new(false), integrate, keep).unwrap();
+    run_points(study, points, threads, &(), integrate, keep).unwrap();
     found
 }
 
@@ -78,14 +77,14 @@ fn property_a_panic_is_one_failed_row() {
     let study =
         study("case = \"paper-si\"\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, 21, 22, 23, 24, 25, 26, 27]\n");
     let mut expected = alone(&study);
-    let panicking = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
-        let mut asked = 0;
-        let mut control = |progress: Progress| {
-            asked += 1;
-            assert!(number != 2 || asked < 10, "planted");
-            control(progress)
+    let panicking = |number: u64, case: &Case, watch: &dyn Watch| {
+        let asked = AtomicUsize::new(0);
+        let stopped = || {
+            let before = asked.fetch_add(1, Ordering::Relaxed);
+            assert!(number != 2 || before < 10, "planted");
+            watch.stopped()
         };
-        without_a_file(number, case, &mut control)
+        without_a_file(number, case, &stopped)
     };
     let mut found = together(&study, 1, &panicking);
     assert!(found.remove(&2).unwrap().contains("internal error: the run panicked"));

@@ -8,6 +8,8 @@
 
 use crate::common::cases::{parsed, source};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use stickslip::Watch;
 use stickslip::case::{Case, CaseSource, WrittenCase};
 use stickslip::continuation::{Continuation, ContinuationStudy, EndReason, Explored, Special, Stored};
 use stickslip::cycle::{
@@ -253,8 +255,7 @@ fn multiprecision_cycles_are_certified_by_the_oracle() {
         let family = family(&source, settings);
         let orbit = find(&family, &[], &CycleSearch::default(), &|| false).unwrap();
         let exact = Case::exact(&source, &parsed(settings)).unwrap();
-        let mut go_on = |_, _| std::ops::ControlFlow::Continue(());
-        let certificate = certify(&family, &orbit, &exact, digits, orbit.periods_before(), &mut go_on).unwrap();
+        let certificate = certify(&family, &orbit, &exact, digits, orbit.periods_before(), &()).unwrap();
         // The file of the cycle has its events at these times.
         let case = orbit.case(&family).unwrap();
         let mut kept = stickslip::record::MemoryRecorder::default();
@@ -703,9 +704,22 @@ fn property_stable_points_of_a_branch_are_where_long_runs_end() {
     }
 }
 
+/// Stops a study after a number of points.
+struct StopsAt(f64, AtomicBool);
+
+impl Watch for StopsAt {
+    fn stopped(&self) -> bool {
+        self.1.load(Ordering::Relaxed)
+    }
+
+    fn at(&self, points: f64, _: f64, _: std::fmt::Arguments<'_>) -> std::ops::ControlFlow<()> {
+        self.1.fetch_or(points >= self.0, Ordering::Relaxed);
+        std::ops::ControlFlow::Continue(())
+    }
+}
+
 #[test]
 fn property_a_resumed_study_gives_the_same_branches() {
-    use std::sync::atomic::{AtomicBool, Ordering};
     let text = "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.25\nto = 0.8\n[branch]\nof = ['steady', 'cycle']\n";
     let study = ContinuationStudy::parse(StudySource::text("resumed", text), &[]).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -714,14 +728,8 @@ fn property_a_resumed_study_gives_the_same_branches() {
     let all = whole.explored.points();
     for after in [3, all / 2, all - 4] {
         let name = format!("cut-{after}.h5");
-        let stop = AtomicBool::new(false);
-        let file = path(&name);
-        let cut = Continuation::new(&study, &file).stop(&stop).progress(|progress| {
-            if progress.points >= after {
-                stop.store(true, Ordering::Relaxed);
-            }
-        });
-        let cut = cut.start().unwrap();
+        let (file, cut) = (path(&name), StopsAt(after as f64, AtomicBool::new(false)));
+        let cut = Continuation::new(&study, &file).watch(&cut).start().unwrap();
         assert!(cut.explored.interrupted && cut.explored.points() < all);
         let refused = Continuation::new(&study, &path(&name)).start();
         assert!(refused.is_err(), "a journal is there");

@@ -1,11 +1,8 @@
 //! Results of the built-in calibrations: the paper's values, and its unpublished decay rate of friction.
 use crate::common::cases::built_in;
-use std::sync::atomic::AtomicBool;
 use stickslip::Run;
 use stickslip::analysis::Summary;
-use stickslip::calibrate::{
-    CALIBRATIONS, Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate,
-};
+use stickslip::calibrate::{CALIBRATIONS, Calibration, CalibrationStudy, Determined, Role, calibrate};
 use stickslip::sweep::StudySource;
 
 fn study(name: &str) -> CalibrationStudy {
@@ -13,12 +10,7 @@ fn study(name: &str) -> CalibrationStudy {
 }
 
 fn found(study: &CalibrationStudy) -> Calibration {
-    let stop = AtomicBool::new(false);
-    let options = CalibrationOptions {
-        workers: 2,
-        stop: &stop,
-    };
-    calibrate(study, &options, &mut |_| {}).unwrap()
+    calibrate(study, 2, &()).unwrap()
 }
 
 fn role(study: &CalibrationStudy, calibration: &Calibration, name: &str) -> Role {

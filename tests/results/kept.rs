@@ -124,7 +124,7 @@ fn property_events_alone_are_the_same_events() -> Outcome {
 #[test]
 fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     let case = case("paper-si", &[])?;
-    let kept = KeptRun::new(&case).control(|| std::ops::ControlFlow::Break(())).start();
+    let kept = KeptRun::new(&case).watch(&|| true).start();
     assert_eq!(kept.end.run.status, Status::Interrupted);
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use stickslip_case::{Case, Motion};
 use stickslip_engine::simulation::{self, Method, procedure};
-use stickslip_files::schema::{Extension, META_MOTION};
+use stickslip_files::schema::{Extension, META_MOTION, META_POINT_COMMAND};
 use stickslip_files::{AttributeValue, Header};
 use stickslip_system::quote::in_shell;
 
@@ -101,6 +101,14 @@ pub(crate) fn build() -> Attributes {
             &format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         ),
     ])
+}
+
+/// Length of the longest stored command: all attributes of a group share 64 KiB.
+const LONGEST_COMMAND: usize = 32_768;
+
+/// Attribute of /meta with the command for a single point of a study; `None` if it is too long.
+pub(crate) fn point_command(command: String) -> Option<(String, AttributeValue)> {
+    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), command.into()))
 }
 
 /// Attributes of /meta on program and machine, with command line and start time.

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::attributes::{describe, describe_text, write_attributes};
+use super::attributes::{describe, describe_text, quantity, write_attributes};
 use super::schema::{self, StorageKind, Variable};
 use super::table::{create_empty, create_group};
 use super::target::{self, Overwrite};
@@ -37,6 +37,13 @@ impl Addition {
     /// Adds an attribute.
     pub fn attribute(&mut self, name: &str, value: impl Into<AttributeValue>) {
         self.attributes.push((name.to_owned(), value.into()));
+    }
+
+    /// Adds quantities as attributes: name, value, unit and description.
+    pub fn quantities<'a>(&mut self, all: impl IntoIterator<Item = (&'a str, f64, &'a str, &'a str)>) {
+        let all = all.into_iter();
+        self.attributes
+            .extend(all.flat_map(|(name, value, units, long_name)| quantity(name, value, units, long_name)));
     }
 
     /// Adds a dimension with its coordinate: 0, 1, ...

@@ -37,6 +37,14 @@ pub enum Status {
 }
 
 impl Status {
+    /// Status of a computation that has not failed.
+    pub fn of(interrupted: bool) -> Status {
+        match interrupted {
+            true => Status::Interrupted,
+            false => Status::Complete,
+        }
+    }
+
     /// Root attribute `status`.
     pub fn name(&self) -> &'static str {
         match self {

@@ -2,8 +2,8 @@
 //!
 //! A run streams into `NAME.partial.h5` through [`ResultWriter`]. The partial file is marked as interrupted and
 //! flushed block by block. [`ResultWriter::finish`] gives a complete run its own name and a seal. [`ResultFile`]
-//! reads both, [`ForeignFile`] reads HDF5 files of other programs, and [`SweepFile`] and [`ContinuationFile`] read
-//! those of studies. [`KeptRows`] keeps the columns of a run in memory. Every name, unit and code is in [`schema`].
+//! reads both, [`ForeignFile`] reads HDF5 files of other programs, and [`StudyFile`] those of
+//! studies. [`KeptRows`] keeps the columns of a run in memory. Every name, unit and code is in [`schema`].
 //!
 //! ```
 //! use stickslip_files::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable, check};
@@ -42,7 +42,7 @@
 //! | [`schema`] | names, units, descriptions and codes |
 //! | `writer`, `rows`, `table`, [`packed`], `values`, `attributes` | a run, written while it is computed: rows, tables, chunks, columns, attributes |
 //! | `header`, `stick_slip`, `certificate` | parts of a file that are not rows |
-//! | `sweep`, `work_precision`, `continuation` | the files of studies |
+//! | `study`, `sweep` | the files of studies: head and reader, points |
 //! | `kept` | the rows of a run in memory |
 //! | `target`, `lock`, [`disk`] | place of a file, its writer, and files on the disk |
 //! | `reader`, `dense`, `contents` | readers of tables and polynomials, and a listing of a file |
@@ -59,7 +59,6 @@ mod attributes;
 mod certificate;
 mod check;
 mod contents;
-mod continuation;
 mod dense;
 pub mod disk;
 mod error;
@@ -76,11 +75,11 @@ pub mod schema;
 mod seal;
 mod source;
 mod stick_slip;
+mod study;
 mod sweep;
 mod table;
 pub(crate) mod target;
 mod values;
-mod work_precision;
 mod writer;
 
 pub use attributes::AttributeValue;
@@ -88,21 +87,18 @@ pub use attributes::quantity;
 pub use certificate::{Addition, write_certified};
 pub use check::{CheckReport, FileDefect, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
-pub use continuation::ContinuationFile;
-pub use continuation::{ContinuationColumn, StoredContinuation};
 pub use dense::{DenseOutput, EventSide};
 pub use disk::{folder_of, is_hdf5};
 pub use error::{Reason, ResultError};
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use header::{Header, Status};
 pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView};
-pub use reader::{AddedGroup, Matrix, ResultFile, TableColumn};
+pub use reader::{AddedGroup, Matrix, ResultFile};
 pub use source::{TableReader, follow_external, probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 pub use stick_slip::{Extra, StickSlipTable};
-pub use sweep::SweepHeader;
+pub use study::{StudyFile, StudyHeader, StudyTable};
 pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
-pub use sweep::{MergeError, MergeOptions, MergeReport, Partition, SweepFile, SweepLayout, merge};
+pub use sweep::{MergeError, MergeOptions, MergeReport, Partition, SweepLayout, merge};
 pub use target::{Overwrite, Reservation, check_target, partial_path};
-pub use values::{ColumnValues, FileColumn};
-pub use work_precision::{WorkPrecisionFile, WorkPrecisionRow};
+pub use values::{ColumnValues, DeclaredColumn, FileColumn};
 pub use writer::{ResultWriter, SavedRows};

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::attributes::AttributeValue;
-use super::schema::{self, Extension, attribute, group, root};
+use super::schema::{self, Extension, StorageKind, Variable, attribute, group, root};
 use super::source::{DatasetInfo, FileSource, Holds, Object, uneven};
 use super::values::StoredNumber;
 use super::{ColumnValues, Extra, Reason, ResultError, Status, StickSlipTable};
@@ -368,9 +368,9 @@ impl ResultFile {
             }) if !self.has(name)? => return Ok(None),
             members => members?,
         };
-        let columns = self.columns_in(name)?.into_iter().map(|column| {
-            let values = self.values(name, &column.name, 0..column.rows.min(limit))?;
-            Ok((column, values))
+        let columns = self.columns_in(name)?.into_iter().map(|(column, rows)| {
+            let values = self.values(name, &column.name, 0..rows.min(limit))?;
+            Ok((column, rows, values))
         });
         Ok(Some(AddedGroup {
             columns: columns.collect::<Result<_, ResultError>>()?,
@@ -380,7 +380,7 @@ impl ResultFile {
 
     /// Groups with their numeric columns, in the order of the file; nested groups by their paths. Groups without such
     /// columns are left out.
-    pub fn tables(&self) -> Result<Vec<(String, Vec<TableColumn>)>, ResultError> {
+    pub fn tables(&self) -> Result<Vec<(String, Vec<Variable>)>, ResultError> {
         let mut groups = Vec::new();
         self.source.walk(&mut |path, member| {
             if let Object::Group(_) = member.is {
@@ -390,7 +390,7 @@ impl ResultFile {
         })?;
         let mut tables = Vec::new();
         for group in groups {
-            let columns = self.columns_in(&group)?;
+            let columns = self.table(&group)?;
             if !columns.is_empty() {
                 tables.push((group, columns));
             }
@@ -419,14 +419,15 @@ impl ResultFile {
 
     /// Numeric columns of a group, in the order of the file; none if there is no such group. A trajectory has the channels
     /// that an earlier version did not write, too.
-    pub fn table(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
+    pub fn table(&self, group: &str) -> Result<Vec<Variable>, ResultError> {
         if !self.has(group)? {
             return Ok(Vec::new());
         }
-        self.columns_in(group)
+        Ok(self.columns_in(group)?.into_iter().map(|column| column.0).collect())
     }
 
-    fn columns_in(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
+    /// The columns of a group, each with its number of rows.
+    fn columns_in(&self, group: &str) -> Result<Vec<(Variable, usize)>, ResultError> {
         let mut columns = Vec::new();
         for member in self.source.members(group)? {
             let Object::Dataset(info) = member.is else { continue };
@@ -435,35 +436,25 @@ impl ResultFile {
             }
             let path = format!("{group}/{}", member.name);
             let described = self.source.described(&path)?;
-            columns.push(TableColumn {
-                units: described.units.unwrap_or_default(),
-                long_name: described.long_name.unwrap_or_default(),
-                whole: !matches!(info.holds, Holds::Floats(_)),
-                flags: described.flags,
-                rows: info.size(),
-                name: member.name,
-            });
+            let kind = match (&info.holds, described.flags.is_empty()) {
+                (Holds::Floats(_), _) => StorageKind::Float64,
+                (_, true) => StorageKind::Int64,
+                (_, false) => StorageKind::Int8,
+            };
+            columns.push((described.variable(member.name, kind), info.size()));
         }
         if let Some(rows) = columns
             .first()
-            .map(|column| column.rows)
+            .map(|column| column.1)
             .filter(|_| group == group::TRAJECTORY)
         {
             let [trajectory, ..] = schema::extended_tables(&self.extension()?);
             let mut place = 0;
             for variable in trajectory.variables {
-                if let Some(known) = columns.iter().position(|column| column.name == variable.name) {
+                if let Some(known) = columns.iter().position(|(column, _)| column.name == variable.name) {
                     place = known + 1;
                 } else if self.lacking(group, &variable.name)?.is_some() {
-                    let lacking = TableColumn {
-                        name: variable.name,
-                        units: variable.units,
-                        long_name: variable.long_name,
-                        whole: false,
-                        flags: Vec::new(),
-                        rows,
-                    };
-                    columns.insert(place, lacking);
+                    columns.insert(place, (variable, rows));
                     place += 1;
                 }
             }
@@ -480,7 +471,8 @@ impl ResultFile {
     pub fn table_rows(&self, group: &str) -> Result<usize, ResultError> {
         match schema::tables().iter().find(|table| table.group == group) {
             Some(table) => self.rows(table),
-            None => Ok(self.table(group)?.iter().map(|column| column.rows).min().unwrap_or(0)),
+            None if !self.has(group)? => Ok(0),
+            None => Ok(self.columns_in(group)?.iter().map(|column| column.1).min().unwrap_or(0)),
         }
     }
 
@@ -640,7 +632,7 @@ struct ReaderRows<'a> {
 
 impl<'a> ReaderRows<'a> {
     fn read(file: &'a ResultFile, table: &'a schema::TableSchema, range: Range<usize>) -> Result<Self, ResultError> {
-        let column = |variable: &schema::Variable| file.numbers(table.group, &variable.name, range.clone());
+        let column = |variable: &Variable| file.numbers(table.group, &variable.name, range.clone());
         Ok(ReaderRows {
             columns: table.variables.iter().map(column).collect::<Result<_, _>>()?,
             first: range.start,
@@ -677,29 +669,12 @@ impl<'a> ReaderRows<'a> {
 pub struct AddedGroup {
     /// Attributes in alphabetical order.
     pub attributes: Vec<(String, AttributeValue)>,
-    /// Columns in the order of the file, with their first values.
-    pub columns: Vec<(TableColumn, Vec<f64>)>,
+    /// Columns in the order of the file, with their numbers of rows and their first values.
+    pub columns: Vec<(Variable, usize, Vec<f64>)>,
 }
 
 /// Values row by row, and numbers of rows and columns.
 pub type Matrix = (Vec<f64>, [usize; 2]);
-
-/// A numeric column in a result file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TableColumn {
-    /// Name in the group.
-    pub name: String,
-    /// UDUNITS unit.
-    pub units: String,
-    /// Description.
-    pub long_name: String,
-    /// Whether the values are integers.
-    pub whole: bool,
-    /// Meanings of codes; empty if there are none.
-    pub flags: Vec<(i64, String)>,
-    /// Number of values.
-    pub rows: usize,
-}
 
 fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
     (0..rows)

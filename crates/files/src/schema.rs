@@ -65,7 +65,8 @@ pub mod group {
     pub(crate) const INPUT: &str = "input";
     /// Program, machine and command that made the file.
     pub const META: &str = "meta";
-    pub(crate) const RUNS: &str = "runs";
+    /// The runs of a work-precision study.
+    pub const RUNS: &str = "runs";
     pub(crate) const DENSE: &str = "dense";
     pub(crate) const DENSE_COEFFICIENTS: &str = "dense/coefficients";
     /// The reference of a work-precision study.
@@ -79,7 +80,8 @@ pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 pub const WITNESS_TIME: &str = "witness_time";
 
 pub(crate) const INPUT_CASE: &str = "case";
-pub(crate) const INPUT_RESOLVED: &str = "resolved";
+/// Text of /input: every parameter in SI, as TOML.
+pub const INPUT_RESOLVED: &str = "resolved";
 /// Checksums in files of earlier versions, now ignored.
 pub(crate) const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta added by the writer: seconds from creation to the end, NaN until then.
@@ -114,8 +116,8 @@ pub mod attribute {
 pub(crate) const SCALE: &str = "DIMENSION_SCALE";
 
 const LONG_CHUNK: usize = 4096;
-/// Rows in a chunk of the other tables: few, since an unfinished chunk is stored anew at each flush.
-const SHORT_CHUNK: usize = 64;
+/// Rows in a chunk of a table that is no trajectory: few, since an unfinished chunk is stored anew at each flush.
+pub const SHORT_CHUNK: usize = 64;
 
 /// Storage type of a column, always little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,21 +189,41 @@ impl Variable {
         Variable::quantity(name, "s", long_name)
     }
 
-    pub(super) fn code(name: &str, long_name: &str, flags: &[CodeMeaning]) -> Self {
+    /// A column of codes with constant words.
+    pub fn code(name: &str, long_name: &str, flags: &[CodeMeaning]) -> Self {
+        let flags = flags.iter().map(|&(code, word)| (i64::from(code), word.to_owned()));
+        Variable::words(name, long_name, flags.collect())
+    }
+
+    /// A column of codes with their words.
+    pub fn words(name: &str, long_name: &str, flags: Vec<(i64, String)>) -> Self {
         Variable {
-            flags: flags
-                .iter()
-                .map(|&(code, word)| (i64::from(code), word.to_owned()))
-                .collect(),
+            flags,
             ..Variable::new(name, StorageKind::Int8, "1", long_name)
         }
     }
 
-    pub(super) fn count(name: &str, long_name: &str) -> Self {
+    /// A column of integers.
+    pub fn count(name: &str, long_name: &str) -> Self {
         Variable::new(name, StorageKind::Int64, "1", long_name)
     }
 
-    pub(super) fn index(name: &str, long_name: &str) -> Self {
+    /// Name and unit, as in the header of a table.
+    pub fn header(&self) -> String {
+        match self.units.as_str() {
+            "" | "1" => self.name.clone(),
+            units => format!("{} [{units}]", self.name),
+        }
+    }
+
+    /// The word of a code, or the code itself if it has no word.
+    pub fn word(&self, code: i64) -> String {
+        let known = self.flags.iter().find(|(known, _)| *known == code);
+        known.map_or_else(|| code.to_string(), |(_, word)| word.clone())
+    }
+
+    /// A column of indices.
+    pub fn index(name: &str, long_name: &str) -> Self {
         Variable::new(name, StorageKind::Int32, "1", long_name)
     }
 }
@@ -234,7 +256,8 @@ pub(crate) fn mode_flags(trains: bool) -> Vec<CodeMeaning> {
     modes.map(|mode| (mode.code(), mode.name())).collect()
 }
 
-pub(crate) fn kind_flags() -> Vec<CodeMeaning> {
+/// Codes of the kinds of events.
+pub fn kind_flags() -> Vec<CodeMeaning> {
     EventKind::ALL.iter().map(|kind| (kind.code(), kind.name())).collect()
 }
 
@@ -329,69 +352,6 @@ pub fn stick_slip() -> TableSchema {
     ];
     TableSchema::new(group::STICK_SLIP, SHORT_CHUNK, variables)
 }
-
-/// /runs of a work-precision study: a row for each run. `methods` are the names of the codes.
-pub(crate) fn work_precision_runs(methods: &[String]) -> TableSchema {
-    let variables = vec![
-        Variable::index("run", "index of the run"),
-        Variable {
-            flags: (0..).zip(methods.iter().cloned()).collect(),
-            ..Variable::code("method", "integration method", &[])
-        },
-        Variable::quantity("rtol", "1", "solver.rtol, NaN with a fixed step"),
-        Variable::seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
-        Variable::code(
-            "outcome",
-            "whether the run came to its end",
-            &[(0, "complete"), (1, "failed")],
-        ),
-        Variable::code(
-            "same_sequence",
-            "whether the events are those of the reference, in its order",
-            &[(0, "no"), (1, "yes")],
-        ),
-        Variable::count("events", "events of the sequence"),
-        Variable::seconds(
-            "onset_error",
-            "error of the first stick, NaN where there is none to compare",
-        ),
-        Variable::seconds(
-            "final_stick_error",
-            "error of the stick in which the run ends, NaN where there is none to compare",
-        ),
-        Variable::seconds(
-            "largest_event_error",
-            "largest error of all events, NaN where their sequence is another",
-        ),
-        Variable::count("steps", "steps of the integrators"),
-        Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
-        Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
-        Variable::seconds("wall_time", "time of the integration, the least of its repetitions"),
-    ];
-    TableSchema::new(group::RUNS, SHORT_CHUNK, variables)
-}
-
-/// /reference of a work-precision study: a row for each event of the sequence.
-pub(crate) fn work_precision_reference() -> TableSchema {
-    let variables = vec![
-        Variable::index("event", "index of the event"),
-        Variable::code("kind", "what happened", &kind_flags()),
-        Variable::seconds("time", "time"),
-        Variable::seconds("time_uncertainty", "uncertainty of the time"),
-    ];
-    TableSchema::new(group::REFERENCE, SHORT_CHUNK, variables)
-}
-
-/// (name, unit, description) of /reference's float64 attributes: smaller errors count as zero.
-pub(crate) const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
-    ("onset_uncertainty", "s", "uncertainty of the first stick"),
-    (
-        "final_stick_uncertainty",
-        "s",
-        "uncertainty of the stick in which the run ends",
-    ),
-    ("largest_event_uncertainty", "s", "largest uncertainty of all events"),
-];
 
 /// Every table, in the order of the file.
 pub fn tables() -> [TableSchema; 4] {

@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use hdf5::H5Type;
 use hdf5::types::OwnedDynValue;
 
+use super::ResultError;
 use super::schema::{StorageKind, Variable};
+use super::source::TableReader;
 
 pub(super) trait StoredNumber: H5Type + Copy + Into<OwnedDynValue> {
     fn of(value: f64) -> Self;
@@ -144,11 +146,54 @@ impl FileColumn {
 
     /// A column of codes. `words` lists the meanings.
     pub fn codes(name: &str, long_name: &str, values: impl IntoIterator<Item = i8>, words: Vec<(i64, String)>) -> Self {
-        let mut variable = Variable::code(name, long_name, &[]);
-        variable.flags = words;
         FileColumn {
-            variable,
+            variable: Variable::words(name, long_name, words),
             values: ColumnValues::Int8(values.into_iter().collect()),
         }
     }
+}
+
+/// Column of a table with rows `R`, declared once to be written and read.
+#[derive(Debug)]
+pub struct DeclaredColumn<R> {
+    /// Name, unit and description.
+    pub variable: fn() -> Variable,
+    /// Number of a row.
+    pub get: fn(&R) -> f64,
+    /// Gives a row its number.
+    pub set: fn(&mut R, f64),
+}
+
+impl<R> DeclaredColumn<R> {
+    /// The column of these rows.
+    pub fn of<'a>(&self, rows: impl IntoIterator<Item = &'a R>) -> FileColumn
+    where
+        R: 'a,
+    {
+        let variable = (self.variable)();
+        let mut values = ColumnValues::new(variable.kind, 0);
+        rows.into_iter().for_each(|row| values.push((self.get)(row)));
+        FileColumn { variable, values }
+    }
+
+    /// Gives the rows of a table their numbers. Fails if the column is missing.
+    pub fn read(&self, table: &TableReader<'_>, rows: &mut [R]) -> Result<(), ResultError> {
+        let values = table.column(&(self.variable)().name)?;
+        let pairs = rows.iter_mut().zip(values);
+        pairs.for_each(|(row, value)| (self.set)(row, value));
+        Ok(())
+    }
+}
+
+/// Declares columns: a [`Variable`](crate::schema::Variable), the number of a row, and the assignment of a number to
+/// the row. The list begins with the names of row and number.
+#[macro_export]
+macro_rules! columns {
+    ($row:ident, $number:ident: $($variable:expr, $get:expr, $set:expr;)*) => {
+        [$($crate::DeclaredColumn {
+            variable: || $variable,
+            get: |$row| $get,
+            set: |$row, $number| $set,
+        }),*]
+    };
 }

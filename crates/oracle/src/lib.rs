@@ -13,7 +13,6 @@
 //!
 //! ```
 //! use num_rational::BigRational;
-//! use std::ops::ControlFlow;
 //! use stickslip_oracle::{OracleRequest, rational, solve};
 //! use stickslip_system::model::system::{ContactLaw, End, ExactSystem, Initial, Pressing, Train};
 //! use stickslip_system::model::{BreakawayTest, ExactLaw};
@@ -54,7 +53,7 @@
 //! };
 //!
 //! let request = OracleRequest { digits: 40, end_time: number("10"), ..OracleRequest::default() };
-//! let solution = solve(&system, &request, &mut |_| ControlFlow::Continue(()))?;
+//! let solution = solve(&system, &request, &())?;
 //! let [turn, stop] = &solution.report.events[..] else { panic!("{:?}", solution.report.events) };
 //! assert_eq!(turn.time.to_decimal(40), "3.141592653589793238462643383279502884197");
 //! assert_eq!(stop.time.to_decimal(40), "6.283185307179586476925286766559005768394");
@@ -107,7 +106,7 @@ mod steps;
 pub use automaton::run;
 pub use number::{ExactDouble, decimal, rational};
 pub use report::{OracleEvent, OracleReport, OracleState};
-pub use solve::{OracleProgress, OracleRequest, OracleSolution, solve};
+pub use solve::{OracleRequest, OracleSolution, solve};
 
 use num_rational::BigRational;
 

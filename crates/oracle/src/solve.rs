@@ -17,6 +17,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use stickslip_system::model::nearest_double;
 use stickslip_system::model::system::ExactSystem;
+use stickslip_system::watch::Watch;
 
 /// Two runs agree if all their events are this close, relative to the shortest period. An event is then at the same
 /// place in the oscillation, and its shift is linear in the deviation.
@@ -78,17 +79,6 @@ impl Default for OracleRequest {
     }
 }
 
-/// Progress of [`solve`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OracleProgress {
-    /// Decimal digits of the present run.
-    pub digits: u32,
-    /// Time of the motion, s.
-    pub time: f64,
-    /// End of the motion, s.
-    pub end_time: f64,
-}
-
 /// The events of a case with their error bounds.
 #[derive(Debug, Clone)]
 pub struct OracleSolution {
@@ -119,15 +109,15 @@ fn digits_left(time: f64, error: f64) -> u32 {
     (time / error).log10().floor().clamp(0.0, f64::from(*DIGITS.end())) as u32
 }
 
-/// Solves the model with enough digits for every event time to have the requested ones. `control` is called every few
-/// steps; if it returns `Break`, the solution ends with an error.
+/// Solves the model with enough digits for every event time to have the requested ones. `watch` is asked every few
+/// steps; a stop ends the solution with an error.
 ///
 /// # Errors
 /// See [`super::run`]; also if a run takes too long, or if no precision settles the events.
 pub fn solve(
     parameters: &ExactSystem,
     request: &OracleRequest,
-    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<OracleSolution, OracleError> {
     let period = shortest_period(parameters).min(nearest_double(&request.end_time));
     let clock = Instant::now();
@@ -141,7 +131,7 @@ pub fn solve(
     if fine_words <= coarse_words {
         fine_words = words_beyond(coarse_words).ok_or(too_many(lost + f64::from(request.digits)))?;
     }
-    let mut attempt = |words: usize| attempt(parameters, request, words, clock.elapsed(), control);
+    let attempt = |words: usize| attempt(parameters, request, words, clock.elapsed(), watch);
     let mut coarse = attempt(coarse_words);
     loop {
         if let Err(error) = &coarse
@@ -192,7 +182,7 @@ fn attempt(
     request: &OracleRequest,
     words: usize,
     spent: Duration,
-    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<OracleReport, OracleError> {
     let digits = digits_of(words);
     let end_time = nearest_double(&request.end_time);
@@ -238,7 +228,8 @@ fn attempt(
                 );
             }
         }
-        control(OracleProgress { digits, time, end_time })
+        let what = format_args!("oracle with {digits} digits: t = {time:.6} s of {end_time} s");
+        watch.at(time, end_time, what)
     });
     match too_long {
         Some(whole) => Err(OracleError::TooLong {

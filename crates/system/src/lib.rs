@@ -14,6 +14,7 @@
 //! | [`record`] | the rows of a run, and recorders |
 //! | [`numerics`] | Taylor series, polynomial roots, eigenvalues, Radau IIA; no physics |
 //! | [`quote`] | quotations of an input in messages |
+//! | [`watch`] | observers of long computations |
 //!
 //! The crate integrates nothing, reads no text and writes no file. It accepts numbers unchecked; the reader of cases
 //! (`stickslip-case`) checks them.
@@ -82,3 +83,4 @@ pub mod numerics;
 pub mod quote;
 pub mod record;
 pub mod signal;
+pub mod watch;

@@ -7,9 +7,10 @@ mod target;
 
 use super::arguments::{Common, CompareOptions};
 use super::input::columns;
-use super::progress::Bar;
+use super::progress::{Bar, BarKind};
 use super::reference::open_reference;
 use super::{CommandEnd, CommandError, print, print_json, wants_json, wants_text};
+use std::sync::Arc;
 use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, CommandError> {
@@ -24,7 +25,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
-        let bar = Bar::new(common);
+        let bar = Bar::new(common, BarKind::Share, &Arc::default());
         let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
         bar.finish();
         Ok(comparison?)

@@ -1,8 +1,8 @@
 //! Machine-readable descriptions of a package: Data Package (Frictionless, version 1) and RO-Crate 1.1.
 
-use super::super::table::{ColumnKind, ExportColumn};
 use super::{About, MARK, RO_CRATE};
 use serde_json::{Value, json};
+use stickslip_files::schema::{StorageKind, Variable};
 use stickslip_system::quote::bound;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +22,7 @@ impl Resource {
     }
 }
 
-pub(super) fn schema(columns: &[ExportColumn], key: &[&'static str]) -> Value {
+pub(super) fn schema(columns: &[Variable], key: &[&'static str]) -> Value {
     let fields: Vec<Value> = columns.iter().map(field).collect();
     let mut schema = json!({ "fields": fields, "missingValues": ["", "NaN"], "primaryKey": key });
     if key.len() > 1 {
@@ -34,18 +34,18 @@ pub(super) fn schema(columns: &[ExportColumn], key: &[&'static str]) -> Value {
     schema
 }
 
-fn field(column: &ExportColumn) -> Value {
+fn field(column: &Variable) -> Value {
     let kind = match column.kind {
-        ColumnKind::Number => "number",
-        ColumnKind::Whole => "integer",
-        ColumnKind::Code => "string",
+        StorageKind::Float64 => "number",
+        StorageKind::Int32 | StorageKind::Int64 => "integer",
+        StorageKind::Int8 => "string",
     };
     let mut field = json!({ "name": column.name, "type": kind, "description": column.long_name });
-    if column.kind == ColumnKind::Number {
+    if column.kind == StorageKind::Float64 {
         field["unit"] = column.units.as_str().into();
     }
-    if column.kind == ColumnKind::Code {
-        let mut words: Vec<&str> = column.meanings.iter().map(|(_, word)| word.as_str()).collect();
+    if column.kind == StorageKind::Int8 {
+        let mut words: Vec<&str> = column.flags.iter().map(|(_, word)| word.as_str()).collect();
         words.sort_unstable();
         words.dedup();
         field["constraints"] = json!({ "required": true, "enum": words });

@@ -13,7 +13,7 @@ mod pages;
 mod parameters;
 
 use super::request::{Which, columns};
-use super::table::{ColumnKind, ExportColumn, ExportTable};
+use super::table::ExportTable;
 use super::{ExportError, csv};
 use describe::Resource;
 use sha2::{Digest, Sha256};
@@ -23,7 +23,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_analysis::provenance;
 use stickslip_case::{Case, CaseSource, Words};
-use stickslip_files::schema::{TIME_UNCERTAINTY, group};
+use stickslip_files::schema::{TIME_UNCERTAINTY, Variable, group};
 use stickslip_files::{ResultFile, folder_of, open_sound};
 use stickslip_system::record::EventKind;
 
@@ -387,33 +387,18 @@ fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, Expo
         return Ok(None);
     }
     let uncertainty = file.matrix(GROUP, "time_sensitivity_uncertainty")?;
-    let column = |name: &str, long_name: &str, kind: ColumnKind, words: &[String]| ExportColumn {
-        name: name.to_owned(),
-        units: "1".to_owned(),
-        long_name: long_name.to_owned(),
-        kind,
-        meanings: (0..).zip(words.iter().cloned()).collect(),
-    };
     let slope = "d(event time)/d(parameter), s for each unit of the parameter; NaN: not known";
+    let words =
+        |name: &str, long_name: &str, words: Vec<String>| Variable::words(name, long_name, (0..).zip(words).collect());
     let mut columns = vec![
-        column("event", "index of the event", ColumnKind::Whole, &[]),
-        column(
-            "parameter",
-            "path of the parameter in case.toml",
-            ColumnKind::Code,
-            &names,
-        ),
-        column("parameter_unit", "SI unit of the parameter", ColumnKind::Code, &units),
-        column("time_sensitivity", slope, ColumnKind::Number, &[]),
+        Variable::count("event", "index of the event"),
+        words("parameter", "path of the parameter in case.toml", names),
+        words("parameter_unit", "SI unit of the parameter", units),
+        Variable::quantity("time_sensitivity", "1", slope),
     ];
     if uncertainty.is_some() {
         let long_name = "how far time_sensitivity can be off, in its unit; NaN: not known";
-        columns.push(column(
-            "time_sensitivity_uncertainty",
-            long_name,
-            ColumnKind::Number,
-            &[],
-        ));
+        columns.push(Variable::quantity("time_sensitivity_uncertainty", "1", long_name));
     }
     let mut spool = super::table::Spool::new(columns.len())?;
     for row in 0..rows {

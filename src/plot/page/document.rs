@@ -246,13 +246,16 @@ fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError
         let words = place(&name).map_or_else(|| name.replace('_', " "), |k| CERTIFICATE_WORDS[k].1.to_owned());
         (words, as_read(&rounded(value)))
     });
-    let columns = group.columns.into_iter().map(|(column, values)| CertificateColumn {
-        name: column.name,
-        unit: column.units,
-        description: column.long_name,
-        rows: column.rows,
-        values: values.into_iter().collect(),
-    });
+    let columns = group
+        .columns
+        .into_iter()
+        .map(|(column, rows, values)| CertificateColumn {
+            name: column.name,
+            unit: column.units,
+            description: column.long_name,
+            rows,
+            values: values.into_iter().collect(),
+        });
     Ok(Some(PageCertificate {
         attributes: attributes.filter(|(_, value)| !value.is_empty()).collect(),
         columns: columns.collect(),
@@ -264,7 +267,7 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<PageCertified>, 
     let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
         return Ok(None);
     };
-    let Some((_, verdict)) = group.columns.into_iter().find(|(column, _)| column.name == "verdict") else {
+    let Some((.., verdict)) = group.columns.into_iter().find(|(column, ..)| column.name == "verdict") else {
         return Ok(None);
     };
     let uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;

@@ -6,7 +6,7 @@ use crate::plot::figure::{Axis, Cell, extent};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::sweep::QUANTITIES;
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
-use stickslip_files::{Reason, SweepFile};
+use stickslip_files::{Reason, StudyFile};
 
 /// Variable, name and symbol of the parameters in the paper's figure.
 const SYMBOLS: [(&str, &str, &str); 3] = [
@@ -206,7 +206,7 @@ impl StudyData {
     ///
     /// # Errors
     /// The file is unreadable, or contains no point.
-    pub fn read(file: &SweepFile) -> Result<StudyData, PlotError> {
+    pub fn read(file: &StudyFile) -> Result<StudyData, PlotError> {
         let names = file.variables("/");
         let status = file.numbers("status")?;
         let count = status.len();

@@ -23,7 +23,7 @@ use super::error::PlotError;
 use super::figure::Figure;
 pub use data::{StudyAxis, StudyData, StudyQuantity};
 use stickslip_analysis::analysis::distribution::Distribution;
-use stickslip_files::SweepFile;
+use stickslip_files::StudyFile;
 
 /// Requested figures of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -90,7 +90,7 @@ pub const ENTRIES: [StudyEntry; 6] = [
 ///
 /// # Errors
 /// The file is unreadable, a quantity, axis or value is unknown, or there is nothing to draw.
-pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
+pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
     if choice.is_empty() && file.text("boundary/x").is_some() {
         return Ok(vec![super::critical::figure(file)?]);
     }
@@ -125,7 +125,7 @@ pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
 }
 
 /// The distribution of each drawn quantity over a sample. A grid has none, because its points are chosen.
-pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
+pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
     let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
     if designed {
         return Ok(Vec::new());

@@ -11,7 +11,7 @@ use crate::plot::target::{self, Product};
 use crate::plot::{PlotError, colors, critical};
 use std::path::Path;
 use stickslip_case::{Case, CaseSource};
-use stickslip_files::SweepFile;
+use stickslip_files::StudyFile;
 
 /// Largest number of messages of failed points.
 const MESSAGES: usize = 2_000;
@@ -27,7 +27,7 @@ const OF_TOLERANCE: [&str; 4] = ["auto", "cvode", "arkode", "series"];
 ///
 /// # Errors
 /// An unreadable file, too many points, an obstacle at `path` (see `target::check`), or a full disk.
-pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
+pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
     target::check(path, Product::Page, &[file.path().to_owned()], force)?;
     let data = StudyData::read(file)?;
     let chosen = match quantities {
@@ -144,7 +144,7 @@ fn of_quantity(quantity: &StudyQuantity, digits: usize) -> PointColumn {
 }
 
 /// The digits that the tolerance of the runs leaves.
-fn digits(file: &SweepFile, data: &StudyData) -> usize {
+fn digits(file: &StudyFile, data: &StudyData) -> usize {
     let of_case = || {
         let case = CaseSource::result(file.path(), file.case_text()?);
         Some(Case::read(&case, &[]).ok()?.solver.rtol)

@@ -111,15 +111,8 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     let certificate = certify(&case, &result, &|| false).map_err(|error| failed(error.to_string()))?;
     outcome.fate = Fate::Certified(certificate.verdict.name());
     let exact = Case::exact(&source, &overrides).map_err(|error| failed(error.to_string()))?;
-    let solution = settle(
-        &mut certificate.clone(),
-        &case,
-        &exact,
-        &result.events,
-        (DIGITS, LONGEST),
-        &|| false,
-        &mut |_| {},
-    );
+    let digits = (DIGITS, LONGEST);
+    let solution = settle(&mut certificate.clone(), &case, &exact, &result.events, digits, &());
     let exact = solution
         .map_err(|error| (Fate::NoOracle, error.to_string()))?
         .report

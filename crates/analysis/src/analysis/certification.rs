@@ -5,11 +5,11 @@ use super::deadline::Deadline;
 use super::exact::{LONGEST, ORACLE_DIGITS, settle};
 use super::sensitivity::{CaseSensitivities, sensitivities};
 use super::verdict::{CertifiedEvent, Verdict};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use stickslip_case::{Case, CaseError, CaseSource, ExactCase, Override, WrittenCase};
-use stickslip_oracle::{OracleProgress, OracleSolution};
+use stickslip_oracle::OracleSolution;
 use stickslip_system::record::{Event, MemoryRecorder};
+use stickslip_system::watch::Watch;
 
 /// Text of a case with its parameters as written.
 #[derive(Debug, Clone)]
@@ -92,8 +92,7 @@ pub struct Certify<'a> {
     written: Option<&'a Written>,
     oracle: Option<Question<'a>>,
     deadline: Deadline,
-    stop: Option<&'a AtomicBool>,
-    progress: Option<Box<dyn FnMut(OracleProgress) + 'a>>,
+    watch: &'a dyn Watch,
 }
 
 /// Certificate and sensitivities of a result.
@@ -126,8 +125,7 @@ impl<'a> Certify<'a> {
             written: None,
             oracle: None,
             deadline: Deadline::default(),
-            stop: None,
-            progress: None,
+            watch: &(),
         }
     }
 
@@ -166,15 +164,9 @@ impl<'a> Certify<'a> {
         self
     }
 
-    /// Sets a flag that interrupts the certification.
-    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
-        self.stop = Some(stop);
-        self
-    }
-
-    /// Sets a callback for the oracle's progress.
-    pub fn progress(mut self, progress: impl FnMut(OracleProgress) + 'a) -> Self {
-        self.progress = Some(Box::new(progress));
+    /// Sets the observer, which learns the oracle's progress and may interrupt the certification.
+    pub fn watch(mut self, watch: &'a dyn Watch) -> Self {
+        self.watch = watch;
         self
     }
 
@@ -185,9 +177,9 @@ impl<'a> Certify<'a> {
     /// the certificate is complete.
     pub fn start(self, result: &MemoryRecorder) -> Result<Certified, CertifyError> {
         let Certify {
-            case, deadline, stop, ..
+            case, deadline, watch, ..
         } = self;
-        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let stopped = || watch.stopped();
         let written = self.written.map(Written::case);
         let readable = written.as_ref().and_then(|written| written.as_ref().ok());
         let mut certified = Certified {
@@ -198,12 +190,6 @@ impl<'a> Certify<'a> {
         };
         if let Some(question) = self.oracle {
             log::info!("the oracle begins");
-            let mut progress = self.progress;
-            let mut show = |now| {
-                if let Some(progress) = &mut progress {
-                    progress(now);
-                }
-            };
             let left = deadline.limit(None).map(Duration::try_from_secs_f64);
             let longest = left
                 .and_then(Result::ok)
@@ -214,8 +200,7 @@ impl<'a> Certify<'a> {
                 question.exact,
                 &result.events,
                 (question.digits, longest),
-                &stopped,
-                &mut show,
+                watch,
             );
             match settled {
                 Ok(solution) => certified.exact = Some(solution),

@@ -10,11 +10,11 @@ use num_rational::BigRational;
 use std::time::Duration;
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::simulation::{OutputOptions, SolverOptions};
-use stickslip_engine::workers::go_on_unless;
-use stickslip_oracle::{self as oracle, ExactDouble, OracleProgress, OracleRequest, OracleSolution};
+use stickslip_oracle::{self as oracle, ExactDouble, OracleRequest, OracleSolution};
 use stickslip_system::quote::bound;
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 use stickslip_system::record::{Event, EventKind};
+use stickslip_system::watch::Watch;
 
 pub(crate) const ORACLE_DIGITS: u32 = 25;
 
@@ -29,10 +29,9 @@ pub fn settle(
     exact: &ExactCase,
     result: &[Event],
     asked: (u32, Duration),
-    stop: &dyn Fn() -> bool,
-    progress: &mut dyn FnMut(OracleProgress),
+    watch: &dyn Watch,
 ) -> Result<OracleSolution, CertifyError> {
-    let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
+    let mut solution = solve(case, exact, certificate, asked, watch)?;
     drop_events_at_the_end(&mut solution, result, case.output.end_time);
     drop_unresolved_separations(&mut solution, result);
     last_word(certificate, case, result, &solution);
@@ -105,8 +104,7 @@ fn solve(
     exact: &ExactCase,
     certificate: &Certificate,
     (digits, longest): (u32, Duration),
-    stop: &dyn Fn() -> bool,
-    progress: &mut dyn FnMut(OracleProgress),
+    watch: &dyn Watch,
 ) -> Result<OracleSolution, CertifyError> {
     // A kick ends the growth at the first stick, near the onset that the methods find.
     let kicked = !case.system.kicks.is_empty();
@@ -120,11 +118,7 @@ fn solve(
         end_time: beyond_the_end(case.output.end_time),
         ..request(&case.solver, &case.output, digits, longest)
     };
-    let solution = oracle::solve(&exact.system, &request, &mut |now| {
-        progress(now);
-        go_on_unless(stop())
-    });
-    solution.map_err(|error| match stop() {
+    oracle::solve(&exact.system, &request, watch).map_err(|error| match watch.stopped() {
         true => CertifyError::Interrupted,
         false => CertifyError::Oracle(error),
     })

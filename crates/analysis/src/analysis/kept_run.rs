@@ -4,12 +4,10 @@ use super::headline::{HeadlineRow, headline};
 use super::recorded::{Recorded, case_of_repetition, recorded};
 use super::witness::Witness;
 use crate::provenance;
-use std::cell::RefCell;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use stickslip_case::Case;
-use stickslip_engine::workers::go_on_unless;
 use stickslip_files::{Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter};
+use stickslip_system::watch::Watch;
 
 /// Builder of a run in memory; [`KeptRun::start`] computes it.
 ///
@@ -28,7 +26,7 @@ pub struct KeptRun<'a> {
     header: Header,
     witness: bool,
     events_alone: bool,
-    control: Option<Box<dyn FnMut() -> ControlFlow<()> + 'a>>,
+    watch: &'a dyn Watch,
 }
 
 /// Run in memory: the rows and the other contents of its result file.
@@ -82,7 +80,7 @@ impl<'a> KeptRun<'a> {
             header: provenance::header(case),
             witness: false,
             events_alone: false,
-            control: None,
+            watch: &(),
         }
     }
 
@@ -104,36 +102,31 @@ impl<'a> KeptRun<'a> {
         self
     }
 
-    /// Sets a callback that is polled during the run and its witness; `Break` ends both cleanly.
-    pub fn control(mut self, control: impl FnMut() -> ControlFlow<()> + 'a) -> Self {
-        self.control = Some(Box::new(control));
+    /// Sets the observer of the run and its witness.
+    pub fn watch(mut self, watch: &'a dyn Watch) -> Self {
+        self.watch = watch;
         self
     }
 
     /// Computes the run to its end or as far as possible.
     pub fn start(self) -> KeptReport {
-        let KeptRun { case, mut header, .. } = self;
-        let (mut control, mut stopped) = (self.control, false);
-        let asked = RefCell::new(move || {
-            if !stopped && let Some(control) = &mut control {
-                stopped = control().is_break();
-            }
-            stopped
-        });
-        let stop = || (asked.borrow_mut())();
-        let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stop) } else { None };
+        let KeptRun {
+            case,
+            mut header,
+            witness,
+            watch,
+            ..
+        } = self;
         let mut rows = KeptRows::new(&header.extension);
         if self.events_alone {
             rows = rows.events_alone();
         }
-        let mut asked = |_| go_on_unless(stop());
-        let mut run = recorded(case, &mut rows, false, stop_of_witness, &mut asked);
+        let mut run = recorded(case, &mut rows, false, witness, watch);
         let mut case = case.clone();
-        let again = stop_of_witness.and_then(|stop| case_of_repetition(&case, &run, stop));
-        if let Some((finer, why)) = again {
+        if let Some((finer, why)) = case_of_repetition(&case, &run, watch) {
             header = provenance::header_of_repetition(&header, &finer);
             rows = rows.emptied(&header.extension);
-            run = recorded(&finer, &mut rows, false, stop_of_witness, &mut asked);
+            run = recorded(&finer, &mut rows, false, witness, watch);
             run.repeated(why);
             case = finer;
         }

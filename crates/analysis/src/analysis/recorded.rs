@@ -6,13 +6,13 @@ use super::exponent::exponent;
 use super::repetition::repetition;
 use super::warning::{Warning, warnings};
 use super::witness::{Witness, witness};
-use std::ops::ControlFlow;
 use std::time::Instant;
 use stickslip_case::Case;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Progress, RunFailure, RunReport, Section, SolverOptions};
 use stickslip_files::{Status, StickSlipTable};
 use stickslip_system::record::Recorder;
+use stickslip_system::watch::Watch;
 
 /// A finished run with its results.
 #[derive(Debug)]
@@ -56,16 +56,21 @@ impl Recorded {
     }
 }
 
-/// Runs a case into a recorder. A complete run gets a witness with `witness_until`, which ends the witness by `true`.
+/// Runs a case into a recorder. A complete run gets a witness if one is `wanted`.
 pub(crate) fn recorded(
     case: &Case,
     recorder: &mut dyn Recorder,
     keeps_events: bool,
-    witness_until: Option<&dyn Fn() -> bool>,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    wanted: bool,
+    watch: &dyn Watch,
 ) -> Recorded {
     let clock = Instant::now();
-    let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events, Some(case.output.end_time));
+    let end_time = case.output.end_time;
+    let control = |Progress { time, mode, events }: Progress| {
+        let what = format_args!("t = {time:.6} s of {end_time} s, {}, {events} events", mode.name());
+        watch.at(time, end_time, what)
+    };
+    let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events, Some(end_time));
     let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
         Ok(report) => (report, None),
         Err(mut failure) => {
@@ -83,9 +88,9 @@ pub(crate) fn recorded(
         None => Status::Complete,
     };
     let noise = summary.noise_determined;
-    let witness = witness_until
-        .filter(|_| status == Status::Complete)
-        .and_then(|stop| witness(case, &recurrence.sequence, noise, stop));
+    let witness = (wanted && status == Status::Complete)
+        .then(|| witness(case, &recurrence.sequence, noise, &|| watch.stopped()))
+        .flatten();
     let mut warnings = warnings(case, &summary);
     warnings.extend(witness.as_ref().and_then(Witness::warning));
     let end = recurrence.last_state().filter(|_| status == Status::Complete);
@@ -103,8 +108,8 @@ pub(crate) fn recorded(
     }
 }
 
-pub(crate) fn case_of_repetition(case: &Case, run: &Recorded, stop: &dyn Fn() -> bool) -> Option<(Case, String)> {
-    let (solver, why) = repetition(case, run.witness.as_ref()?, stop)?;
+pub(crate) fn case_of_repetition(case: &Case, run: &Recorded, watch: &dyn Watch) -> Option<(Case, String)> {
+    let (solver, why) = repetition(case, run.witness.as_ref()?, &|| watch.stopped())?;
     let mut case = case.clone();
     case.solver = solver;
     Some((case, why))

@@ -2,13 +2,10 @@
 
 use super::recorded::{Recorded, case_of_repetition, recorded};
 use crate::provenance;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_case::Case;
-use stickslip_engine::simulation::Progress;
-use stickslip_engine::workers::go_on_unless;
 use stickslip_files::{Addition, Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
+use stickslip_system::watch::Watch;
 
 /// Builder of a run into a result file; [`SavedRun::start`] computes it.
 ///
@@ -34,8 +31,7 @@ pub struct SavedRun<'a> {
     keeps_events: bool,
     witness: bool,
     additions: &'a [Addition],
-    stop: Option<&'a AtomicBool>,
-    control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+    watch: &'a dyn Watch,
 }
 
 /// Outcome of a run into a file.
@@ -63,8 +59,7 @@ impl<'a> SavedRun<'a> {
             keeps_events: false,
             witness: false,
             additions: &[],
-            stop: None,
-            control: None,
+            watch: &(),
         }
     }
 
@@ -111,15 +106,9 @@ impl<'a> SavedRun<'a> {
         self
     }
 
-    /// Sets a flag that ends the run and its witness cleanly.
-    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
-        self.stop = Some(stop);
-        self
-    }
-
-    /// Sets a callback that is polled during the run; `Break` ends the run cleanly.
-    pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
-        self.control = Some(Box::new(control));
+    /// Sets the observer of the run and its witness.
+    pub fn watch(mut self, watch: &'a dyn Watch) -> Self {
+        self.watch = watch;
         self
     }
 
@@ -128,23 +117,13 @@ impl<'a> SavedRun<'a> {
     /// # Errors
     /// The file cannot be created, or a file that must not be replaced exists. Later failures are in the report.
     pub fn start(self) -> Result<SavedReport, ResultError> {
-        let SavedRun { case, stop, .. } = self;
+        let SavedRun { case, watch, .. } = self;
         let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &self.header)?;
         let partial = writer.partial().to_owned();
-        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-        let mut control = self.control;
-        let mut asked = |progress: Progress| {
-            if let Some(control) = &mut control {
-                control(progress)?;
-            }
-            go_on_unless(stopped())
-        };
-        let stop_of_witness: Option<&dyn Fn() -> bool> = if self.witness { Some(&stopped) } else { None };
-        let mut run = recorded(case, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
-        let again = stop_of_witness.and_then(|stop| case_of_repetition(case, &run, stop));
-        if let Some((finer, why)) = again {
+        let mut run = recorded(case, &mut writer, self.keeps_events, self.witness, watch);
+        if let Some((finer, why)) = case_of_repetition(case, &run, watch) {
             writer.begin_again(&provenance::header_of_repetition(&self.header, &finer))?;
-            run = recorded(&finer, &mut writer, self.keeps_events, stop_of_witness, &mut asked);
+            run = recorded(&finer, &mut writer, self.keeps_events, self.witness, watch);
             run.repeated(why);
         }
         run.find_exponent(case);

@@ -2,9 +2,9 @@
 
 use super::study::CalibrationStudy;
 use super::target::Target;
-use crate::sweep::{Integrate, StudyPoint, Values, run_point, without_a_file};
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::sweep::{StudyPoint, Values, run_point, without_a_file};
 use stickslip_engine::workers::in_order;
+use stickslip_system::watch::Watch;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Evaluation {
@@ -27,22 +27,20 @@ pub(super) struct Halted;
 pub(super) struct TargetEvaluator<'a> {
     pub study: &'a CalibrationStudy,
     pub workers: usize,
-    pub stop: &'a AtomicBool,
+    pub watch: &'a dyn Watch,
 }
 
 impl TargetEvaluator<'_> {
     pub fn run(&self, shares: &[f64]) -> Result<Evaluation, Halted> {
-        if self.stop.load(Ordering::Relaxed) {
+        if self.watch.stopped() {
             return Err(Halted);
         }
         let point = StudyPoint {
             number: 0,
             coordinates: self.study.coordinates(shares),
         };
-        let integrate: &Integrate = &without_a_file;
-        let halted = || self.stop.load(Ordering::Relaxed);
         // Nothing is stored, so only the run itself can fail.
-        let outcome = run_point(&self.study.runs, &point, integrate, &halted);
+        let outcome = run_point(&self.study.runs, &point, &without_a_file, self.watch);
         let result = match outcome {
             Ok(Some(outcome)) => outcome.result,
             Ok(None) => return Err(Halted),
@@ -59,16 +57,30 @@ impl TargetEvaluator<'_> {
         })
     }
 
-    /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items. `done` gets
+    /// Reports the progress of a stage. A stop is seen by the next run.
+    pub fn tell(&self, stage: &str, done: usize, total: usize) {
+        let _ = self.watch.at(
+            done as f64,
+            total as f64,
+            format_args!("{done} of {total} done, {stage}"),
+        );
+    }
+
+    /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items. `stage`, if there is one, is reported with
     /// the number of finished items. Returns the pool index at which each item's runs begin, and the end of the last.
     pub fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
         &self,
         pool: &mut Vec<Evaluation>,
         items: &[T],
         f: impl Fn(&T) -> Result<R, Halted> + Sync,
-        done: &mut dyn FnMut(usize),
+        stage: Option<&str>,
     ) -> Result<Vec<usize>, Halted> {
-        let results = in_order(self.workers, items.len(), |index| f(&items[index]).ok(), done);
+        let mut done = |done| {
+            if let Some(stage) = stage {
+                self.tell(stage, done, items.len());
+            }
+        };
+        let results = in_order(self.workers, items.len(), |index| f(&items[index]).ok(), &mut done);
         let halted = results.iter().any(Option::is_none);
         let mut places = vec![pool.len()];
         for runs in results.into_iter().flatten() {

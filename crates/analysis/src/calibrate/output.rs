@@ -3,9 +3,9 @@
 use super::region::Determined;
 use super::search::Calibration;
 use super::study::CalibrationStudy;
-use super::target::Role;
+use super::target::{Role, Target, TargetResult};
 use crate::provenance;
-use crate::sweep::{command_attribute, header, sweep_variables};
+use crate::sweep::{header, sweep_variables};
 use std::path::PathBuf;
 use stickslip_files::{FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
 
@@ -16,7 +16,7 @@ pub fn write_file(
     place: Reservation,
 ) -> Result<PathBuf, ResultError> {
     let mut meta = provenance::build();
-    meta.extend(command_attribute(&study.runs));
+    meta.extend(provenance::point_command(study.runs.point_command()));
     let header = header(&study.runs, "calibrate", study.digest(), meta);
     let axes = study.runs.axes.iter().map(|axis| axis.in_a_file(&[], Vec::new()));
     let plan = SweepPlan {
@@ -50,11 +50,7 @@ pub fn write_file(
     if !calibration.correlations.is_empty() {
         writer.add_table("correlations", &[], &correlation_columns(study, calibration))?;
     }
-    writer.finish(&if calibration.interrupted {
-        Status::Interrupted
-    } else {
-        Status::Complete
-    })
+    writer.finish(&Status::of(calibration.interrupted))
 }
 
 fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> FileColumn {
@@ -66,6 +62,10 @@ fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
     study.runs.axes.iter().map(|axis| axis.keys[0].clone())
 }
 
+fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> FileColumn {
+    FileColumn::numbers(name, "1", long_name, values)
+}
+
 fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
     let ends = |share: f64| {
         let axes = study.runs.axes.iter();
@@ -74,84 +74,78 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
     let optimum = "where the largest residual is least, in the unit of the parameter";
     let mut columns = vec![
         index("parameter", "the key of the parameter", parameter_names(study)),
-        FileColumn::numbers("optimum", "1", optimum, calibration.parameters.iter().copied()),
-        FileColumn::numbers(
-            "range_from",
-            "1",
-            "one end of the range it was looked for in",
-            ends(0.0),
-        ),
-        FileColumn::numbers("range_to", "1", "the other end", ends(1.0)),
+        numbers("optimum", optimum, calibration.parameters.clone()),
+        numbers("range_from", "one end of the range it was looked for in", ends(0.0)),
+        numbers("range_to", "the other end", ends(1.0)),
     ];
     if let Some(compromise) = &calibration.compromise {
         let long_name = "where the largest residual is least if no target is set aside";
-        columns.push(FileColumn::numbers(
-            "compromise",
-            "1",
-            long_name,
-            compromise.parameters.iter().copied(),
-        ));
+        columns.push(numbers("compromise", long_name, compromise.parameters.clone()));
     }
     if !calibration.intervals.is_empty() {
         let intervals = || calibration.intervals.iter();
-        let long_name = "least value for which the held targets hold";
-        columns.push(FileColumn::numbers(
-            "least",
-            "1",
-            long_name,
-            intervals().map(|interval| interval.least),
-        ));
-        let long_name = "largest value for which the held targets hold";
-        columns.push(FileColumn::numbers(
+        let (least, largest) = (intervals().map(|one| one.least), intervals().map(|one| one.largest));
+        columns.push(numbers("least", "least value for which the held targets hold", least));
+        columns.push(numbers(
             "largest",
-            "1",
-            long_name,
-            intervals().map(|interval| interval.largest),
+            "largest value for which the held targets hold",
+            largest,
         ));
-        columns.push(FileColumn::codes(
-            "determined",
-            "from which sides the targets bound it within the range",
-            intervals().map(|interval| interval.determined as i8),
-            Determined::ALL
-                .map(|found| (found as i64, found.name().to_owned()))
-                .into(),
-        ));
+        let long_name = "from which sides the targets bound it within the range";
+        let words = Determined::ALL.map(|found| (found as i64, found.name().to_owned()));
+        let codes = intervals().map(|interval| interval.determined as i8);
+        columns.push(FileColumn::codes("determined", long_name, codes, words.into()));
     }
     columns
 }
 
 fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
-    let (targets, results) = (|| study.targets.iter(), || calibration.targets.iter());
-    let half_width = "how far the quantity may lie from it, in the unit of the target";
-    let here = "of the run with the calibrated parameters, in the unit of the target";
-    let nearest = "the least residual found anywhere in the ranges";
-    let together = "the largest residual that is left if it is held with the others; only of those that contradict";
-    let measured = targets().map(|target| target.name().to_owned());
-    vec![
-        index("target", "the quantity that was measured", measured),
-        FileColumn::numbers(
-            "value",
-            "1",
-            "as measured, in the unit of the target",
-            targets().map(|target| target.value),
+    let measured = study.targets.iter().map(|target| target.name().to_owned());
+    let mut columns = vec![index("target", "the quantity that was measured", measured)];
+    type OfTarget = fn(&Target, &TargetResult) -> f64;
+    let declared: [(&str, &str, OfTarget); 6] = [
+        ("value", "as measured, in the unit of the target", |target, _| {
+            target.value
+        }),
+        (
+            "half_width",
+            "how far the quantity may lie from it, in the unit of the target",
+            |target, _| target.half_width,
         ),
-        FileColumn::numbers("half_width", "1", half_width, targets().map(|target| target.half_width)),
-        FileColumn::numbers("here", "1", here, results().map(|result| result.here)),
-        FileColumn::numbers(
+        (
+            "here",
+            "of the run with the calibrated parameters, in the unit of the target",
+            |_, result| result.here,
+        ),
+        (
             "residual",
-            "1",
             "distance from the measured value in half-widths",
-            results().map(|result| result.residual),
+            |_, result| result.residual,
         ),
-        FileColumn::numbers("nearest", "1", nearest, results().map(|result| result.nearest)),
-        FileColumn::numbers("together", "1", together, results().map(|result| result.together)),
-        FileColumn::codes(
-            "role",
-            "what became of the target",
-            results().map(|result| result.role as i8),
-            Role::ALL.map(|role| (role as i64, role.name().to_owned())).into(),
+        (
+            "nearest",
+            "the least residual found anywhere in the ranges",
+            |_, result| result.nearest,
         ),
-    ]
+        (
+            "together",
+            "the largest residual that is left if it is held with the others; only of those that contradict",
+            |_, result| result.together,
+        ),
+    ];
+    columns.extend(declared.into_iter().map(|(name, long_name, of)| {
+        let pairs = study.targets.iter().zip(&calibration.targets);
+        numbers(name, long_name, pairs.map(|(target, result)| of(target, result)))
+    }));
+    let roles = calibration.targets.iter().map(|result| result.role as i8);
+    let words = Role::ALL.map(|role| (role as i64, role.name().to_owned()));
+    columns.push(FileColumn::codes(
+        "role",
+        "what became of the target",
+        roles,
+        words.into(),
+    ));
+    columns
 }
 
 fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {

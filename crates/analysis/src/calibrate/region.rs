@@ -82,14 +82,13 @@ pub(super) fn explore(
     pool: &mut Vec<Evaluation>,
     members: &[usize],
     optimum: &Evaluation,
-    progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Vec<Vec<f64>>, Halted> {
     let dimensions = optimum.shares.len();
     let total = WIDENINGS.len() * WIDE_STEPS + STEPS + 5;
     let mut done = 0;
     let mut step_done = || {
         done += 1;
-        progress(done, total);
+        evaluator.tell("the spread", done, total);
     };
     // The search starts at the optimum, with the steps that a half-width allows along each parameter.
     for _ in 0..2 {
@@ -114,7 +113,7 @@ pub(super) fn explore(
         .collect();
     let starts = apart(&outside, members, evaluator.study.search.starts, near);
     let search = |start: &Evaluation| least_worst(evaluator, start, members, near, 1);
-    evaluator.each(pool, &starts, search, &mut |_| {})?;
+    evaluator.each(pool, &starts, search, None)?;
     step_done();
     let mut chains = chains_within(pool, members, 1.0, dimensions);
     let mut sample = Vec::new();
@@ -158,7 +157,7 @@ fn walk(
         true => evaluator.run(shares).map(Some),
         false => Ok(None),
     };
-    let places = evaluator.each(pool, &proposals, run, &mut |_| {})?;
+    let places = evaluator.each(pool, &proposals, run, None)?;
     for (chain, place) in chains.iter_mut().zip(places.windows(2)) {
         if let Some(found) = pool[place[0]..place[1]].first()
             && found.worst(members) <= widening
@@ -215,7 +214,7 @@ fn extremes(
     let search = |(parameter, sign, start): &(usize, f64, Evaluation)| {
         farthest(evaluator, start, members, *parameter, *sign, reach)
     };
-    evaluator.each(pool, &searches, search, &mut |_| {}).map(drop)
+    evaluator.each(pool, &searches, search, None).map(drop)
 }
 
 /// Extent of the points with residuals up to `widening` from the optimum, as a fraction of the ranges; at least 1e-5.

@@ -6,26 +6,7 @@ use super::region::{Correlation, Interval, correlations, explore, intervals, rea
 use super::study::CalibrationStudy;
 use super::target::{Role, TargetResult};
 use crate::sweep::sobol;
-use std::sync::atomic::AtomicBool;
-
-/// Options of a calibration.
-pub struct CalibrationOptions<'a> {
-    /// Number of threads; it does not change the result.
-    pub workers: usize,
-    /// Flag that ends the calibration cleanly.
-    pub stop: &'a AtomicBool,
-}
-
-/// Progress of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CalibrationProgress {
-    /// Name of the stage.
-    pub stage: &'static str,
-    /// Finished parts of the stage.
-    pub done: usize,
-    /// Parts of the stage.
-    pub total: usize,
-}
+use stickslip_system::watch::Watch;
 
 /// Result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,29 +64,20 @@ const ROUNDS: [u32; 2] = [3, 2];
 /// Distance of starts within the region of valid targets, as a fraction of its extent.
 const NEAR: f64 = 0.125;
 
-struct Calibrating<'a, 'b> {
+struct Calibrating<'a> {
     evaluator: TargetEvaluator<'a>,
     pool: Vec<Evaluation>,
-    progress: &'b mut dyn FnMut(CalibrationProgress),
 }
 
-/// Finds the parameters of a study. Contradictions and interruptions are part of the result.
+/// Finds the parameters of a study on `workers` threads, whose number does not change the result. Contradictions and
+/// interruptions are part of the result.
 ///
 /// # Errors
 /// All runs fail, no target can be met in the ranges, or the calibration was interrupted before the first run.
-pub fn calibrate(
-    study: &CalibrationStudy,
-    options: &CalibrationOptions,
-    progress: &mut dyn FnMut(CalibrationProgress),
-) -> Result<Calibration, CalibrationError> {
+pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) -> Result<Calibration, CalibrationError> {
     let mut state = Calibrating {
-        evaluator: TargetEvaluator {
-            study,
-            workers: options.workers,
-            stop: options.stop,
-        },
+        evaluator: TargetEvaluator { study, workers, watch },
         pool: Vec::new(),
-        progress,
     };
     let fitted: Vec<usize> = (0..study.targets.len())
         .filter(|&k| study.targets[k].weight > 0.0)
@@ -201,7 +173,7 @@ impl Answer {
     }
 }
 
-impl Calibrating<'_, '_> {
+impl Calibrating<'_> {
     fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Halted> {
         let search = self.evaluator.study.search;
         self.sample(search.points)?;
@@ -283,9 +255,7 @@ impl Calibrating<'_, '_> {
         let Some(optimum) = least(&self.pool, members).cloned() else {
             return Ok(Vec::new());
         };
-        let (stage, progress) = ("the spread", &mut *self.progress);
-        let mut show = |done: usize, total: usize| progress(CalibrationProgress { stage, done, total });
-        explore(&self.evaluator, &mut self.pool, members, &optimum, &mut show)
+        explore(&self.evaluator, &mut self.pool, members, &optimum)
     }
 
     /// Extent of the region where these targets are met, from the optimum, as a fraction of the ranges.
@@ -300,21 +270,11 @@ impl Calibrating<'_, '_> {
     fn sample(&mut self, count: usize) -> Result<(), Halted> {
         let (axes, seed) = (self.evaluator.study.runs.axes.len(), self.evaluator.study.search.seed);
         let points = sobol(axes, count, seed);
-        self.each(&points, "sampling the ranges", |evaluator, shares| {
-            evaluator.run(shares).map(Some)
-        })
-    }
-
-    fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
-        &mut self,
-        items: &[T],
-        stage: &'static str,
-        f: impl Fn(&TargetEvaluator, &T) -> Result<R, Halted> + Sync,
-    ) -> Result<(), Halted> {
-        let (evaluator, progress, total) = (&self.evaluator, &mut *self.progress, items.len());
-        let mut show = |done: usize| progress(CalibrationProgress { stage, done, total });
-        let made = evaluator.each(&mut self.pool, items, |item| f(evaluator, item), &mut show);
-        made.map(drop)
+        let Calibrating { evaluator, pool } = self;
+        let run = |shares: &Vec<f64>| evaluator.run(shares).map(Some);
+        evaluator
+            .each(pool, &points, run, Some("sampling the ranges"))
+            .map(drop)
     }
 
     /// Local searches for the least largest residual, from points `spacing` apart, with first steps of that size.
@@ -324,12 +284,12 @@ impl Calibrating<'_, '_> {
         starts: usize,
         rounds: u32,
         spacing: f64,
-        stage: &'static str,
+        stage: &str,
     ) -> Result<(), Halted> {
         let starts = apart(&self.pool, members, starts, spacing);
-        self.each(&starts, stage, |evaluator, start| {
-            least_worst(evaluator, start, members, spacing, rounds)
-        })
+        let Calibrating { evaluator, pool } = self;
+        let search = |start: &Evaluation| least_worst(evaluator, start, members, spacing, rounds);
+        evaluator.each(pool, &starts, search, Some(stage)).map(drop)
     }
 
     /// Target to set aside: among those of least weight, the one without which the others come nearest to being met.

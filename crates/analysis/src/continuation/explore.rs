@@ -46,7 +46,7 @@ const BESIDE: usize = 4;
 const CURVE_POINTS: usize = 400;
 
 /// Point of a branch.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct BranchPoint {
     /// Value of the varied parameter, SI.
     pub value: f64,
@@ -233,7 +233,7 @@ pub(crate) struct Explorer<'a> {
     /// Points that are not yet in the journal, and time of the last write.
     pub waiting: (Vec<PointOutcome>, Instant),
     pub stop: &'a dyn Fn() -> bool,
-    pub told: &'a mut dyn FnMut(&Explored),
+    pub told: &'a dyn Fn(&Explored),
 }
 
 impl Explorer<'_> {

@@ -6,18 +6,41 @@ use super::special::Special;
 use super::study::ContinuationStudy;
 use crate::cycle::CycleStability;
 use crate::provenance;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use stickslip_case::{Motion, quantity::Dimension};
-use stickslip_files::schema::META_POINT_COMMAND;
+use stickslip_files::schema::{META_POINT_COMMAND, Variable, attribute};
 use stickslip_files::{
-    Addition, AttributeValue, ContinuationFile, FileColumn, ResultError, Status, StoredContinuation,
+    Addition, AttributeValue, DeclaredColumn, FileColumn, Reservation, ResultError, Status, StudyFile, StudyHeader,
+    columns,
 };
 use stickslip_system::quote::in_shell;
 
 const MOST_SEQUENCES: usize = 127;
 
-/// Length of the longest stored command: all attributes of a group share 64 kB.
-const LONGEST_COMMAND: usize = 32_768;
+/// Columns of /points with the units of a rotation. The value of the parameter and the sequence of events, whose names or
+/// words differ between files, are not among them.
+const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
+    Variable::quantity("period", "s", "period of the cycle; at a Hopf point of those that are born; NaN of steady sliding"),
+        p.period, p.period = x;
+    Variable::quantity("amplitude", "rad", "half of what the position sweeps"), (p.position.1 - p.position.0) / 2.0, _ = (p, x);
+    Variable::quantity("least_position", "rad", "least position"), p.position.0, p.position.0 = x;
+    Variable::quantity("largest_position", "rad", "largest position"), p.position.1, p.position.1 = x;
+    Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), p.relative_velocity.0, p.relative_velocity.0 = x;
+    Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), p.relative_velocity.1, p.relative_velocity.1 = x;
+    Variable::words("stability", "what becomes of small disturbances", flags(STABILITIES.map(CycleStability::name))),
+        index(&STABILITIES, &p.stability), p.stability = STABILITIES[(x as usize).min(2)];
+    Variable::count("unstable", "multipliers above 1 in magnitude, or eigenvalues with a positive real part"),
+        p.unstable as f64, p.unstable = x as usize;
+    Variable::words("special", "what the point is special for", words_of_specials()),
+        p.special.map_or(-1, Special::code).into(),
+        p.special = Special::ALL.get(x as usize).copied().filter(|_| x >= 0.0);
+    Variable::count("sticks", "sticks in a period"), p.sticks as f64, p.sticks = x as usize;
+    Variable::quantity("shortest_stick", "s", "duration of the shortest stick; NaN: none"),
+        p.shortest_stick, p.shortest_stick = x;
+    Variable::quantity("margin", "1", "relative distance of the nearest other sequence of events; NaN: none is near"),
+        p.margin, p.margin = x;
+    Variable::quantity("time", "s", "phase of the drives where the state is"), p.time, p.time = x;
+};
 
 const STABILITIES: [CycleStability; 3] = [
     CycleStability::Stable,
@@ -25,87 +48,96 @@ const STABILITIES: [CycleStability; 3] = [
     CycleStability::Neutral,
 ];
 
+fn words_of_specials() -> Vec<(i64, String)> {
+    let none = (-1, "none".to_owned());
+    std::iter::once(none)
+        .chain(flags(Special::ALL.map(Special::name)))
+        .collect()
+}
+
+/// Code of a value: its place in the list of all values.
+fn index<T: PartialEq>(all: &[T], value: &T) -> f64 {
+    all.iter().position(|one| one == value).unwrap_or(0) as f64
+}
+
 fn flags<'a>(words: impl IntoIterator<Item = &'a str>) -> Vec<(i64, String)> {
     (0..).zip(words.into_iter().map(str::to_owned)).collect()
 }
 
-pub(crate) fn contents(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> ContinuationFile {
+pub(crate) fn write(
+    study: &ContinuationStudy,
+    motion: Motion,
+    explored: &Explored,
+    place: &Reservation,
+    status: &Status,
+) -> Result<PathBuf, ResultError> {
     let mut meta: Vec<(String, AttributeValue)> = provenance::build();
     meta.push(("study_digest".to_owned(), AttributeValue::Text(study.digest())));
-    meta.extend(modes_command(study));
+    meta.extend(provenance::point_command(modes_command(study)));
     let settings: Vec<String> = study.settings.iter().map(stickslip_case::Override::argument).collect();
-    ContinuationFile {
+    let about = "what is set in it, KEY=VALUE in each line";
+    let header = StudyHeader {
         title: study.title.clone(),
         source: provenance::source(),
         history: format!("stickslip continue {}", study.source.name),
         study: study.source.text.clone(),
-        case: study.base.text.clone(),
-        settings: settings.join("\n"),
-        meta,
-        groups: vec![
-            branches(explored),
-            points(study, motion, explored),
-            curves(study, explored),
+        inputs: vec![
+            ("case", "the base case as it was given (TOML)", study.base.text.clone()),
+            ("settings", about, settings.join("\n")),
         ],
-    }
+        meta,
+        ..StudyHeader::default()
+    };
+    let groups = [
+        branches(explored),
+        points(study, motion, explored),
+        curves(study, explored),
+    ];
+    header.write_continuation(&groups, place, status)
 }
 
-/// `None` if the command is too long for an attribute.
-fn modes_command(study: &ContinuationStudy) -> Option<(String, AttributeValue)> {
+fn modes_command(study: &ContinuationStudy) -> String {
     let mut command = format!("stickslip modes {}", in_shell(&study.source.named(&study.base)));
     for setting in &study.settings {
         command += &format!(" --set {}", in_shell(&setting.argument()));
     }
-    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), AttributeValue::Text(command)))
+    command
 }
 
 fn branches(explored: &Explored) -> Addition {
     let all = &explored.branches;
     let mut group = Addition::new("branches");
     group.dimension("branch", all.len(), "number of the branch");
-    let mut codes = |name: &str, about: &str, codes: Vec<i8>, words: Vec<(i64, String)>| {
-        group.over(&["branch"], FileColumn::codes(name, about, codes, words));
-    };
-    let what = all.iter().map(|branch| i8::from(!branch.steady)).collect();
-    codes("what", "what is followed", what, flags(["steady", "cycle"]));
-    let ends = all
-        .iter()
-        .map(|branch| EndReason::ALL.iter().position(|end| *end == branch.end).unwrap_or(0) as i8);
-    codes(
-        "end",
-        "why it ends",
-        ends.collect(),
+    let mut add = |column: FileColumn| group.over(&["branch"], column);
+    let what = all.iter().map(|branch| i8::from(!branch.steady));
+    add(FileColumn::codes(
+        "what",
+        "what is followed",
+        what,
+        flags(["steady", "cycle"]),
+    ));
+    let (words, ends) = (
         flags(EndReason::ALL.map(EndReason::name)),
+        all.iter().map(|branch| branch.end),
     );
-    let mut counts = |name: &str, about: &str, values: Vec<i64>| {
-        group.over(&["branch"], FileColumn::counts(name, about, values));
-    };
+    let ends = ends.map(|end| index(&EndReason::ALL, &end) as i8);
+    add(FileColumn::codes("end", "why it ends", ends, words));
     let mut first = 0;
     let firsts = all.iter().map(|branch| {
         first += branch.points.len() as i64;
         first - branch.points.len() as i64
     });
-    counts("first_point", "its first point", firsts.collect());
-    counts(
-        "points",
-        "how many points it has",
-        all.iter().map(|branch| branch.points.len() as i64).collect(),
-    );
-    let multiples = all.iter().map(|branch| branch.multiple.map_or(-1, i64::from)).collect();
-    counts(
-        "multiple",
-        "periods of the drives in one of its cycles; -1: autonomous, or steady sliding",
-        multiples,
-    );
+    add(FileColumn::counts("first_point", "its first point", firsts));
+    let points = all.iter().map(|branch| branch.points.len() as i64);
+    add(FileColumn::counts("points", "how many points it has", points));
+    let multiples = all.iter().map(|branch| branch.multiple.map_or(-1, i64::from));
+    let about = "periods of the drives in one of its cycles; -1: autonomous, or steady sliding";
+    add(FileColumn::counts("multiple", about, multiples));
     let parents = all
         .iter()
-        .map(|branch| branch.parent.map_or(-1, |parent| parent.0 as i64))
-        .collect();
-    counts(
-        "parent",
-        "the branch at whose special point it starts; -1: none",
-        parents,
-    );
+        .map(|branch| branch.parent.map_or(-1, |parent| parent.0 as i64));
+    let about = "the branch at whose special point it starts; -1: none";
+    add(FileColumn::counts("parent", about, parents));
     group
 }
 
@@ -117,8 +149,6 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         .flat_map(|(index, branch)| branch.points.iter().map(move |point| (index, point)))
         .collect();
     let only = || all.iter().map(|one| one.1);
-    let angle = motion.dimension(Dimension::Angle).unit();
-    let speed = motion.dimension(Dimension::AngularVelocity).unit();
     let mut group = Addition::new("points");
     let axis = &study.axes[0];
     group.attribute("number", axis.name.as_str());
@@ -132,73 +162,22 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         "number of the multiplier or eigenvalue, the most unstable first",
     );
     group.dimension("component", components, "number of the component of the state");
-    let numbers = |name: &str, unit: &str, about: &str, of: &dyn Fn(&BranchPoint) -> f64| {
-        FileColumn::numbers(name, unit, about, only().map(of))
-    };
-    let unit = axis.unit.unwrap_or("1");
     let mut add = |column: FileColumn| group.over(&["point"], column);
-    add(FileColumn::counts(
-        "branch",
-        "the branch that it is of",
-        all.iter().map(|one| one.0 as i64),
-    ));
-    add(numbers(&axis.name, unit, axis.description, &|point| point.value));
-    let about = "period of the cycle; at a Hopf point of those that are born; NaN of steady sliding";
-    add(numbers("period", "s", about, &|point| point.period));
-    let amplitude = |point: &BranchPoint| (point.position.1 - point.position.0) / 2.0;
-    add(numbers(
-        "amplitude",
-        angle,
-        "half of what the position sweeps",
-        &amplitude,
-    ));
-    add(numbers("least_position", angle, "least position", &|point| {
-        point.position.0
-    }));
-    add(numbers("largest_position", angle, "largest position", &|point| {
-        point.position.1
-    }));
-    add(numbers("least_relative_velocity", speed, "least omega_r", &|point| {
-        point.relative_velocity.0
-    }));
-    add(numbers(
-        "largest_relative_velocity",
-        speed,
-        "largest omega_r",
-        &|point| point.relative_velocity.1,
-    ));
-    let stabilities = only().map(|point| STABILITIES.iter().position(|one| *one == point.stability).unwrap_or(0) as i8);
-    let words = flags(STABILITIES.map(CycleStability::name));
-    add(FileColumn::codes(
-        "stability",
-        "what becomes of small disturbances",
-        stabilities,
-        words,
-    ));
-    let about = "multipliers above 1 in magnitude, or eigenvalues with a positive real part";
-    add(FileColumn::counts(
-        "unstable",
-        about,
-        only().map(|point| point.unstable as i64),
-    ));
-    let mut words = vec![(-1, "none".to_owned())];
-    words.extend(flags(Special::ALL.map(Special::name)));
-    let specials = only().map(|point| point.special.map_or(-1, Special::code));
-    add(FileColumn::codes(
-        "special",
-        "what the point is special for",
-        specials,
-        words,
-    ));
-    add(FileColumn::counts(
-        "sticks",
-        "sticks in a period",
-        only().map(|point| point.sticks as i64),
-    ));
-    let about = "duration of the shortest stick; NaN: none";
-    add(numbers("shortest_stick", "s", about, &|point| point.shortest_stick));
-    let about = "relative distance of the nearest other sequence of events; NaN: none is near";
-    add(numbers("margin", "1", about, &|point| point.margin));
+    let owners = all.iter().map(|one| one.0 as i64);
+    add(FileColumn::counts("branch", "the branch that it is of", owners));
+    let values_of_axis = only().map(|point| point.value);
+    let unit = axis.unit.unwrap_or("1");
+    add(FileColumn::numbers(&axis.name, unit, axis.description, values_of_axis));
+    let in_units = |declared: &DeclaredColumn<BranchPoint>| {
+        let mut column = declared.of(only());
+        let of_rotation = [Dimension::Angle, Dimension::AngularVelocity];
+        if let Some(dimension) = of_rotation.into_iter().find(|one| one.unit() == column.variable.units) {
+            column.variable.units = motion.dimension(dimension).unit().to_owned();
+        }
+        column
+    };
+    let (before, after) = POINT_COLUMNS.split_at(POINT_COLUMNS.len() - 1);
+    before.iter().map(in_units).for_each(&mut add);
     let mut sequences: Vec<String> = Vec::new();
     let codes: Vec<i8> = only()
         .map(|point| {
@@ -219,27 +198,19 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     }
     let words = flags(sequences.iter().map(String::as_str));
     add(FileColumn::codes("sequence", "events of a period", codes, words));
-    let about = "phase of the drives where the state is";
-    add(numbers("time", "s", about, &|point| point.time));
+    after.iter().map(in_units).for_each(&mut add);
     let padded = |values: Vec<f64>, length: usize| {
         let missing = length - values.len();
         values.into_iter().chain(std::iter::repeat_n(f64::NAN, missing))
     };
-    let of_values = |of: fn(&(f64, f64)) -> f64| {
-        only()
-            .flat_map(move |point| padded(point.spectrum.iter().map(of).collect(), values))
-            .collect::<Vec<f64>>()
-    };
-    let about = "real part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
-    group.over(
-        &["point", "value"],
-        FileColumn::numbers("real", "1", about, of_values(|one| one.0)),
-    );
-    let about = "imaginary part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
-    group.over(
-        &["point", "value"],
-        FileColumn::numbers("imaginary", "1", about, of_values(|one| one.1)),
-    );
+    for (part, of) in [
+        ("real", (|one| one.0) as fn(&(f64, f64)) -> f64),
+        ("imaginary", |one| one.1),
+    ] {
+        let spectra = only().flat_map(|point| padded(point.spectrum.iter().map(of).collect(), values));
+        let about = format!("{part} part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none");
+        group.over(&["point", "value"], FileColumn::numbers(part, "1", &about, spectra));
+    }
     let states: Vec<f64> = only()
         .flat_map(|point| padded(point.state.clone(), components))
         .collect();
@@ -260,27 +231,31 @@ fn curves(study: &ContinuationStudy, explored: &Explored) -> Addition {
         .flat_map(|(index, curve)| curve.points.iter().map(move |point| (index, curve.special, point)))
         .collect();
     group.dimension("curve_point", all.len(), "number of the point");
-    let over = &["curve_point"];
-    group.over(
-        over,
-        FileColumn::counts("curve", "the curve that it is of", all.iter().map(|one| one.0 as i64)),
+    let mut add = |column: FileColumn| group.over(&["curve_point"], column);
+    let numbers = all.iter().map(|one| one.0 as i64);
+    add(FileColumn::counts("curve", "the curve that it is of", numbers));
+    let (words, codes) = (
+        flags(Special::ALL.map(Special::name)),
+        all.iter().map(|one| one.1.code()),
     );
-    let words = flags(Special::ALL.map(Special::name));
-    let codes = all.iter().map(|one| one.1.code());
-    group.over(
-        over,
-        FileColumn::codes("special", "special points of which kind", codes, words),
-    );
+    add(FileColumn::codes(
+        "special",
+        "special points of which kind",
+        codes,
+        words,
+    ));
     for (k, axis) in study.axes.iter().take(2).enumerate() {
         let unit = axis.unit.unwrap_or("1");
         let values = all.iter().map(|one| one.2.values[k]);
-        group.over(over, FileColumn::numbers(&axis.name, unit, axis.description, values));
+        add(FileColumn::numbers(&axis.name, unit, axis.description, values));
     }
     let periods = all.iter().map(|one| one.2.period);
-    group.over(
-        over,
-        FileColumn::numbers("curve_period", "s", "period of the cycle there", periods),
-    );
+    add(FileColumn::numbers(
+        "curve_period",
+        "s",
+        "period of the cycle there",
+        periods,
+    ));
     group
 }
 
@@ -312,7 +287,7 @@ pub struct Stored {
 impl Stored {
     /// Whether the file at `path` is a continuation.
     pub fn is_one(path: &Path) -> bool {
-        StoredContinuation::is_one(path)
+        StudyFile::is_continuation(path)
     }
 
     /// Reads a continuation file.
@@ -320,64 +295,50 @@ impl Stored {
     /// # Errors
     /// The file is missing, damaged, too new, or of another kind.
     pub fn read(path: &Path) -> Result<Stored, ResultError> {
-        let file = StoredContinuation::open(path)?;
+        let file = StudyFile::open_continuation(path)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);
         let (points, branches) = (file.table("points")?, file.table("branches")?);
+        let unit = |variable: &str| file.attribute(variable, attribute::UNITS).unwrap_or_default();
         let text = |name: &str| file.text_attribute("points", name)?.ok_or_else(|| missing(name));
         let (number, keys) = (text("number")?, text("keys")?);
-        let of = |name: &str| points.column(name);
-        let owner = of("branch")?;
-        let count = owner.len();
-        let (value, period, time) = (of(&number)?, of("period")?, of("time")?);
-        let (low, high) = (of("least_position")?, of("largest_position")?);
-        let (slow, fast) = (of("least_relative_velocity")?, of("largest_relative_velocity")?);
-        let (stability, unstable, special) = (of("stability")?, of("unstable")?, of("special")?);
-        let (sticks, shortest, margin) = (of("sticks")?, of("shortest_stick")?, of("margin")?);
-        let sequence = of("sequence")?;
-        let sequences = file.words("points/sequence")?;
+        let owner = points.column("branch")?;
+        let (value, sequence) = (points.column(&number)?, points.column("sequence")?);
+        let mut all = vec![BranchPoint::default(); owner.len()];
+        for column in POINT_COLUMNS {
+            column.read(&points, &mut all)?;
+        }
+        let sequences = file.flags("points/sequence");
         let ((real, values), (imaginary, others)) = (points.matrix("real")?, points.matrix("imaginary")?);
         let (states, components) = points.matrix("state")?;
         if values != others {
             return Err(missing("imaginary part of every value of points/real"));
         }
-        let point = |k: usize| {
+        for (k, point) in all.iter_mut().enumerate() {
             let spectrum = (k * values..(k + 1) * values).map(|at| (real[at], imaginary[at]));
             let state = states[k * components..(k + 1) * components].iter().copied();
-            BranchPoint {
-                value: value[k],
-                period: period[k],
-                position: (low[k], high[k]),
-                relative_velocity: (slow[k], fast[k]),
-                stability: STABILITIES[(stability[k] as usize).min(2)],
-                unstable: unstable[k] as usize,
-                spectrum: spectrum.filter(|one| !one.0.is_nan()).collect(),
-                sticks: sticks[k] as usize,
-                shortest_stick: shortest[k],
-                margin: margin[k],
-                sequence: sequences
-                    .iter()
-                    .find(|one| one.0 == sequence[k] as i64)
-                    .map_or_else(String::new, |one| one.1.clone()),
-                special: (special[k] >= 0.0)
-                    .then(|| Special::ALL.get(special[k] as usize).copied())
-                    .flatten(),
-                time: time[k],
-                state: state.filter(|one| !one.is_nan()).collect(),
-            }
-        };
+            let word = sequences.iter().find(|one| one.0 == sequence[k] as i64);
+            point.value = value[k];
+            point.spectrum = spectrum.filter(|one| !one.0.is_nan()).collect();
+            point.sequence = word.map_or_else(String::new, |one| one.1.clone());
+            point.state = state.filter(|one| !one.is_nan()).collect();
+        }
         let (what, end) = (branches.column("what")?, branches.column("end")?);
         let (multiple, parent) = (branches.column("multiple")?, branches.column("parent")?);
+        let owned = |branch: usize| -> Vec<BranchPoint> {
+            let points = owner.iter().zip(&all).filter(|(owner, _)| **owner as usize == branch);
+            points.map(|(_, point)| point.clone()).collect()
+        };
         let branches = (0..what.len()).map(|index| Branch {
             steady: what[index] == 0.0,
             multiple: (multiple[index] > 0.0).then_some(multiple[index] as u32),
             parent: (parent[index] >= 0.0).then_some((parent[index] as usize, 0)),
-            points: (0..count).filter(|&k| owner[k] as usize == index).map(point).collect(),
+            points: owned(index),
             end: EndReason::ALL[(end[index] as usize).min(EndReason::ALL.len() - 1)],
         });
         let branches = branches.collect();
         let mut curves: Vec<(Special, Vec<[f64; 2]>)> = Vec::new();
         let mut second = None;
-        let names = file.members("curves")?;
+        let names = file.variables("curves");
         let known = ["curve_point", "curve", "special", "curve_period"];
         if let Some(other) = names
             .iter()
@@ -397,24 +358,26 @@ impl Stored {
                     last.1.push([x[k], y[k]]);
                 }
             }
-            second = Some((other.clone(), file.unit(&format!("curves/{other}"))?));
+            second = Some((other.clone(), unit(&format!("curves/{other}"))));
         }
-        let settings = file.input("settings")?;
+        let input = |name: &str| Ok::<_, ResultError>(file.input(name)?.unwrap_or_default());
+        let settings = input("settings")?;
+        let root = |name: &str| Ok::<_, ResultError>(file.text_attribute("", name)?.unwrap_or_default());
         Ok(Stored {
-            title: file.title()?,
-            complete: file.status()? == Status::Complete.name(),
+            title: root("title")?,
+            complete: root("status")? == Status::Complete.name(),
             modes_command: file.text_attribute("meta", META_POINT_COMMAND)?,
             number: (
                 number.clone(),
                 keys.split(' ').map(str::to_owned).collect(),
-                file.unit(&format!("points/{number}"))?,
+                unit(&format!("points/{number}")),
             ),
             second,
             branches,
             curves,
-            case: (file.input("case")?, settings.lines().map(str::to_owned).collect()),
-            angle: file.unit("points/amplitude")?,
-            speed: file.unit("points/largest_relative_velocity")?,
+            case: (input("case")?, settings.lines().map(str::to_owned).collect()),
+            angle: unit("points/amplitude"),
+            speed: unit("points/largest_relative_velocity"),
         })
     }
 }

@@ -33,6 +33,6 @@ pub use curve::CurvePoint;
 pub use ending::EndReason;
 pub use explore::{Branch, BranchPoint, ExploreError, Explored, SpecialCurve};
 pub use file::Stored;
-pub use run::{Continuation, ContinuationError, ContinuationProgress, ContinuationReport};
+pub use run::{Continuation, ContinuationError, ContinuationReport};
 pub use special::Special;
 pub use study::{CONTINUATIONS, ContinuationStudy};

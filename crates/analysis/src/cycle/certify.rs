@@ -15,12 +15,13 @@ use num_traits::{One, Signed, Zero};
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
-use stickslip_files::{Addition, FileColumn, quantity, schema::group};
+use stickslip_files::{Addition, FileColumn, schema::group};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
 use stickslip_system::model::system::{ContactLaw, End, ExactSystem, Initial, Pressing};
 use stickslip_system::signal::{Drive, Frequency, Wave};
+use stickslip_system::watch::Watch;
 
 const SPARE_DIGITS: u32 = 12;
 
@@ -180,7 +181,7 @@ fn stated(state: &OracleState) -> Vec<BigRational> {
 
 /// Corrects a cycle by the oracle to a number of true digits of period and events. The file of a driven cycle starts
 /// at phase zero of the drives, `periods_before` of their periods before the orbit's time origin. The file of an
-/// autonomous cycle starts with the orbit. `told` is called at every run; `Break` ends the certification.
+/// autonomous cycle starts with the orbit. `watch` learns the digits and corrections of every run.
 ///
 /// # Errors
 /// The corrections do not shrink, the oracle finds other events, or a run fails.
@@ -190,7 +191,7 @@ pub fn certify(
     exact: &ExactCase,
     digits: u32,
     periods_before: u32,
-    told: &mut dyn FnMut(u32, usize) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<CycleCertificate, NotCertified> {
     let pi = pi();
     let member = family.at(&orbit.values, false)?;
@@ -266,10 +267,14 @@ pub fn certify(
     let mut last: Option<OracleReport> = None;
     let expected: Vec<&str> = orbit.events.iter().map(|event| event.kind).collect();
     for corrections in 0..MOST_CORRECTIONS {
-        if told(computed, corrections).is_break() {
+        let mut go_on = |_| {
+            let what = format_args!("oracle with {computed} digits, correction {corrections}");
+            log::debug!("{what}");
+            watch.at(corrections as f64, MOST_CORRECTIONS as f64, what)
+        };
+        if go_on(0.0).is_break() {
             return Err(CycleError::Interrupted.into());
         }
-        let mut go_on = |_| told(computed, corrections);
         let report = run((&system, &exact.threshold), &x, &period, computed, &mut go_on)?;
         let kinds: Vec<&str> = sequence(&report).map(|event| event.kind.name()).collect();
         if kinds != expected {
@@ -423,56 +428,49 @@ fn run(
 impl CycleCertificate {
     /// Group /cycle_certificate of a file.
     pub fn additions(&self) -> Vec<Addition> {
+        let Enclosed { value, error, decimal } = &self.period;
+        let (digits, corrections) = (f64::from(self.digits_computed), self.corrections as f64);
         let mut group = Addition::new(group::CYCLE_CERTIFICATE);
-        let mut number = |name: &str, value: f64, units: &str, about: &str| {
-            group.attributes.extend(quantity(name, value, units, about));
-        };
-        number(
-            "period",
-            self.period.value,
-            "s",
-            "period of the exact cycle, rounded to a double",
-        );
-        number(
-            "period_uncertainty",
-            self.period.error,
-            "s",
-            "how far the decimal of the period can be off",
-        );
-        let about = "decimal digits that the oracle computed with";
-        number("digits_computed", f64::from(self.digits_computed), "1", about);
-        number(
-            "corrections",
-            self.corrections as f64,
-            "1",
-            "corrections by Newton's method",
-        );
-        number(
-            "contraction",
-            self.contraction,
-            "1",
-            "the last correction over the one before",
-        );
-        group.attribute("period_decimal", self.period.decimal.as_str());
+        group.quantities([
+            ("period", *value, "s", "period of the exact cycle, rounded to a double"),
+            (
+                "period_uncertainty",
+                *error,
+                "s",
+                "how far the decimal of the period can be off",
+            ),
+            (
+                "digits_computed",
+                digits,
+                "1",
+                "decimal digits that the oracle computed with",
+            ),
+            ("corrections", corrections, "1", "corrections by Newton's method"),
+            (
+                "contraction",
+                self.contraction,
+                "1",
+                "the last correction over the one before",
+            ),
+        ]);
+        group.attribute("period_decimal", decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
-        let times = self.events.iter().map(|event| event.0.value);
-        group.over(
-            &["exact_event"],
-            FileColumn::numbers("exact_time", "s", "time of the event, rounded to a double", times),
+        let numbers = |name: &str, about: &str, of: fn(&Enclosed) -> f64| {
+            FileColumn::numbers(name, "s", about, self.events.iter().map(|event| of(&event.0)))
+        };
+        let (time, error) = (
+            "time of the event, rounded to a double",
+            "how far the decimal of the time can be off",
         );
-        let errors = self.events.iter().map(|event| event.0.error);
-        let about = "how far the decimal of the time can be off";
+        group.over(&["exact_event"], numbers("exact_time", time, |event| event.value));
         group.over(
             &["exact_event"],
-            FileColumn::numbers("exact_uncertainty", "s", about, errors),
+            numbers("exact_uncertainty", error, |event| event.error),
         );
         let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
         let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
-        group.text(
-            "kinds",
-            "what happens at the events, one in each line",
-            kinds.join("\n"),
-        );
+        let about = "what happens at the events, one in each line";
+        group.text("kinds", about, kinds.join("\n"));
         group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
         vec![group]
     }

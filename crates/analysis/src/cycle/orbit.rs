@@ -68,7 +68,7 @@ impl Multiplier {
 }
 
 /// Stability against small disturbances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CycleStability {
     /// All disturbances decay.
@@ -76,6 +76,7 @@ pub enum CycleStability {
     /// A disturbance grows.
     Unstable,
     /// A disturbance stays, to rounding.
+    #[default]
     Neutral,
 }
 

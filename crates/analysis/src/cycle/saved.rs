@@ -7,9 +7,10 @@ use super::find::motion;
 use super::find::{closed, in_slip, to_slip};
 use super::orbit::{MultiplierKind, Orbit};
 use nalgebra::DVector;
+use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
-use stickslip_files::{Addition, FileColumn, Reason, ResultError, ResultFile, quantity, schema::group};
+use stickslip_files::{Addition, FileColumn, Reason, ResultError, ResultFile, schema::group};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
 
@@ -78,60 +79,48 @@ impl Orbit {
 
     /// Group /cycle in the file of a period.
     pub fn additions(&self, family: &Family, source: &str, overrides: &[String]) -> Vec<Addition> {
-        let case = family.case();
-        let angle = case
-            .motion()
-            .dimension(stickslip_case::quantity::Dimension::Angle)
-            .unit();
-        let speed = case
-            .motion()
-            .dimension(stickslip_case::quantity::Dimension::AngularVelocity)
-            .unit();
-        let mut cycle = Addition::new(group::CYCLE);
-        let mut number = |name: &str, value: f64, units: &str, long_name: &str| {
-            cycle.attributes.extend(quantity(name, value, units, long_name));
-        };
-        number("period", self.period, "s", "period of the motion");
-        number(
-            "error",
-            self.error,
-            "1",
-            "last step of Newton's method, over the size of each component",
-        );
-        let multiple = self.multiple.map_or(f64::NAN, f64::from);
-        number(
-            "multiple",
-            multiple,
-            "1",
-            "periods of the drives in it; NaN of an autonomous motion",
-        );
-        number("amplitude", self.amplitude(), angle, "half of what the position sweeps");
-        number("least_position", self.position.0, angle, "least position");
-        number("largest_position", self.position.1, angle, "largest position");
-        number(
-            "least_relative_velocity",
-            self.relative_velocity.0,
-            speed,
-            "least omega_r",
-        );
-        number(
-            "largest_relative_velocity",
-            self.relative_velocity.1,
-            speed,
-            "largest omega_r",
-        );
-        number("sticks", self.sticks as f64, "1", "sticks in a period");
-        let stick = |which: fn((f64, f64)) -> f64| self.stick_durations.map_or(f64::NAN, which);
-        number(
-            "shortest_stick",
-            stick(|both| both.0),
-            "s",
-            "duration of the shortest stick; NaN: none",
-        );
-        let nearest = self.nearest;
+        let unit = |of_rotation| family.case().motion().dimension(of_rotation).unit();
+        let (angle, speed) = (unit(Dimension::Angle), unit(Dimension::AngularVelocity));
+        let (multiple, nearest) = (self.multiple.map_or(f64::NAN, f64::from), self.nearest);
+        let shortest = self.stick_durations.map_or(f64::NAN, |both| both.0);
         let distance = nearest.map_or(f64::NAN, |nearest| nearest.distance);
-        let about = "relative distance of the nearest other sequence of events; NaN: none is near";
-        number("margin", distance, "1", about);
+        let (low, high) = self.position;
+        let (slow, fast) = self.relative_velocity;
+        let numbers = [
+            ("period", self.period, "s", "period of the motion"),
+            (
+                "error",
+                self.error,
+                "1",
+                "last step of Newton's method, over the size of each component",
+            ),
+            (
+                "multiple",
+                multiple,
+                "1",
+                "periods of the drives in it; NaN of an autonomous motion",
+            ),
+            ("amplitude", self.amplitude(), angle, "half of what the position sweeps"),
+            ("least_position", low, angle, "least position"),
+            ("largest_position", high, angle, "largest position"),
+            ("least_relative_velocity", slow, speed, "least omega_r"),
+            ("largest_relative_velocity", fast, speed, "largest omega_r"),
+            ("sticks", self.sticks as f64, "1", "sticks in a period"),
+            (
+                "shortest_stick",
+                shortest,
+                "s",
+                "duration of the shortest stick; NaN: none",
+            ),
+            (
+                "margin",
+                distance,
+                "1",
+                "relative distance of the nearest other sequence of events; NaN: none is near",
+            ),
+        ];
+        let mut cycle = Addition::new(group::CYCLE);
+        cycle.quantities(numbers);
         cycle.attribute("border", nearest.map_or("none", |nearest| nearest.border.name()));
         cycle.attribute("stability", self.stability.name());
         cycle.attribute("sequence", self.sequence().as_str());
@@ -143,22 +132,20 @@ impl Orbit {
         let over = |name: &str, long_name: &str, of: fn(&super::Multiplier) -> f64| {
             FileColumn::numbers(name, "1", long_name, self.multipliers.iter().map(of))
         };
+        let dimension = &["multiplier"];
         cycle.over(
-            &["multiplier"],
+            dimension,
             over("multiplier_real", "real part of the multiplier", |one| one.real),
         );
         let imaginary = "imaginary part of the multiplier";
-        cycle.over(
-            &["multiplier"],
-            over("multiplier_imaginary", imaginary, |one| one.imaginary),
-        );
+        cycle.over(dimension, over("multiplier_imaginary", imaginary, |one| one.imaginary));
         let words = MultiplierKind::ALL
             .iter()
             .map(|kind| (*kind as i64, kind.name().to_owned()));
         let codes = self.multipliers.iter().map(|one| one.kind as i8);
         let about = "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick";
         cycle.over(
-            &["multiplier"],
+            dimension,
             FileColumn::codes("multiplier_kind", about, codes, words.collect()),
         );
         cycle.text(

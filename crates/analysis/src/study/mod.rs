@@ -5,11 +5,14 @@
 //! | `source` | text and origin |
 //! | `reading` | reader of tables: all problems by file, line and key |
 //! | `head` | title, base case and settings |
+//! | `run` | builder of a run into a file |
 
 mod head;
 mod reading;
+mod run;
 mod source;
 
 pub(crate) use head::{Head, PROBES, check_points, written};
 pub(crate) use reading::{StudyReader, plain};
+pub use run::StudyRun;
 pub use source::StudySource;

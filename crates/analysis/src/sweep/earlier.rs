@@ -4,7 +4,7 @@ use super::error::SweepError;
 use super::report::{NAMED_FAILURES, SweepReport};
 use super::shard::Shard;
 use std::path::Path;
-use stickslip_files::{ShardFile, SweepFile, check_sound};
+use stickslip_files::{ShardFile, StudyFile, check_sound};
 
 /// Report of a sweep that was already complete when it was resumed.
 pub(super) fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> Result<SweepReport, SweepError> {
@@ -22,7 +22,7 @@ pub(super) fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> 
     };
     let (points, mut failures) = match shard {
         None => {
-            let file = SweepFile::open(path)?;
+            let file = StudyFile::open_sweep(path)?;
             check_sound(path)?;
             check(file.digest())?;
             (file.numbers("status")?.len() as u64, file.failures()?)

@@ -14,9 +14,9 @@ use crate::provenance;
 use crate::study::StudySource;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use stickslip_case::{CaseError, CaseSource, Origin, Override, Words};
+use stickslip_system::watch::Watch;
 
 /// Runs tasks in other processes, such as a `concurrent.futures.Executor` of Python.
 pub trait Executor: std::fmt::Debug + Send {
@@ -47,10 +47,10 @@ pub(super) fn run_elsewhere(
     study: &Study,
     points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
-    stop: &AtomicBool,
+    watch: &dyn Watch,
     deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
 ) -> Result<(), SweepEnd> {
-    let ended = run_tasks(study, points, executor, stop, deliver);
+    let ended = run_tasks(study, points, executor, watch, deliver);
     if ended.is_err() {
         executor.cancel();
     }
@@ -61,7 +61,7 @@ fn run_tasks(
     study: &Study,
     mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
-    stop: &AtomicBool,
+    watch: &dyn Watch,
     mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
 ) -> Result<(), SweepEnd> {
     let failed = |message: String| SweepEnd::Error(SweepError::Executor(message));
@@ -74,7 +74,7 @@ fn run_tasks(
             false => MOST_TASKS,
         };
         let mut failure = None;
-        while tasks < most && !stop.load(Ordering::Relaxed) {
+        while tasks < most && !watch.stopped() {
             // A single point while the time of a point is unknown.
             let within_time = (TASK * done as f64 / seconds) as usize;
             let left = points.size_hint().1.unwrap_or(0);
@@ -89,7 +89,7 @@ fn run_tasks(
             }
             tasks += 1;
         }
-        if stop.load(Ordering::Relaxed) {
+        if watch.stopped() {
             return Err(SweepEnd::Interrupted);
         }
         if tasks == 0 && failure.is_none() {
@@ -128,7 +128,7 @@ fn run_tasks(
 }
 
 /// Runs a task on this thread; `None` if stopped. Refuses tasks of another build, whose last digits may differ.
-pub fn evaluate(study: &str, points: &str, stop: &AtomicBool) -> Result<Option<Vec<u8>>, String> {
+pub fn evaluate(study: &str, points: &str, watch: &dyn Watch) -> Result<Option<Vec<u8>>, String> {
     let wrong = |error: serde_json::Error| format!("this is no task of a sweep: {error}");
     let study: Portable = serde_json::from_str(study).map_err(wrong)?;
     let points: Vec<StudyPoint> = serde_json::from_str(points).map_err(wrong)?;
@@ -139,7 +139,7 @@ pub fn evaluate(study: &str, points: &str, stop: &AtomicBool) -> Result<Option<V
     let started = Instant::now();
     let mut records = Vec::new();
     for point in &points {
-        let outcome = run_point(&study, point, &without_a_file, &|| stop.load(Ordering::Relaxed))?;
+        let outcome = run_point(&study, point, &without_a_file, watch)?;
         let Some(outcome) = outcome else { return Ok(None) };
         encode(&outcome, &mut records);
     }

@@ -11,27 +11,25 @@ use super::study::Study;
 use crate::provenance;
 use std::path::Path;
 use stickslip_case::{Motion, Setting};
-use stickslip_files::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW, StorageKind, Variable};
+use stickslip_files::schema::{META_MOTION, META_SHOW, StorageKind, Variable};
 use stickslip_files::{
-    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, SweepHeader, SweepLayout, SweepPlan,
+    AttributeValue, EventForm, Overwrite, Reservation, ShardPlan, Status, StudyHeader, SweepLayout, SweepPlan,
     SweepRow, SweepWriter,
 };
-
-const LONGEST_COMMAND: usize = 32_768;
 
 /// Largest number of points for which a partial file lists all points. If a larger study is less than a quarter done,
 /// the partial file has a table of the finished points only, so its cost follows their number.
 const MOST_MISSING: u64 = 65_536;
 
-pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> SweepHeader {
-    SweepHeader {
+pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> StudyHeader {
+    StudyHeader {
         title: study.title.clone(),
         source: provenance::source(),
-        references: study.words.references().to_owned(),
-        history: format!("stickslip {command} {}", study.source.name),
+        references: Some(study.words.references().to_owned()),
         digest,
-        study_text: study.source.text.clone(),
-        case_text: study.base.text.clone(),
+        history: format!("stickslip {command} {}", study.source.name),
+        study: study.source.text.clone(),
+        inputs: vec![StudyHeader::case_of_sweep(study.base.text.clone())],
         meta,
     }
 }
@@ -41,19 +39,13 @@ fn meta(study: &Study) -> Vec<(String, AttributeValue)> {
     if let Some(tolerance) = study.default_tolerance() {
         meta.push(("default_rtol".to_owned(), AttributeValue::Number(tolerance)));
     }
-    meta.extend(command_attribute(study));
+    meta.extend(provenance::point_command(study.point_command()));
     let motion = study.words.motion_attribute();
     meta.extend(motion.map(|motion| (META_MOTION.to_owned(), AttributeValue::Text(motion.to_owned()))));
     if !study.show.is_empty() {
         meta.push((META_SHOW.to_owned(), AttributeValue::Text(study.show.join(" "))));
     }
     meta
-}
-
-/// `None` if the command is too long for an attribute (64 KiB).
-pub(crate) fn command_attribute(study: &Study) -> Option<(String, AttributeValue)> {
-    let command = study.point_command();
-    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), AttributeValue::Text(command)))
 }
 
 pub(super) fn write(
@@ -142,13 +134,8 @@ pub(super) fn write(
     if let Some(boundaries) = &boundaries {
         boundaries.write(study, &mut writer)?;
     }
-    let status = if interrupted {
-        Status::Interrupted
-    } else {
-        Status::Complete
-    };
     Ok(SweepReport {
-        file: writer.finish(&status)?,
+        file: writer.finish(&Status::of(interrupted))?,
         interrupted,
         points: points_done,
         run_now: 0,

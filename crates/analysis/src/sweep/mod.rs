@@ -16,7 +16,7 @@
 //! | `boundary`, `tracer`, `lattice`, `fold`, `contour`, `limit` | tracing a boundary |
 //! | `curves`, `boundary_tables` | traced curves, and their tables in a file |
 //! | `file`, `point_file` | sweep file; result file for each point |
-//! | `report`, `error` | progress and report; errors |
+//! | `report`, `error` | report; errors |
 
 mod axis;
 mod boundary;
@@ -53,10 +53,10 @@ pub use criterion::{BoundarySpec, Criterion, ThresholdTest};
 pub use curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
 pub use error::SweepError;
 pub use executor::{Executor, evaluate};
-pub(crate) use file::{command_attribute, header, sweep_variables};
+pub(crate) use file::{header, sweep_variables};
 pub use journal::{Existing, Journal, JournalError, journal_path};
 pub use outcome::{EventRow, PointOutcome, Values};
-pub use report::{SweepProgress, SweepReport};
+pub use report::SweepReport;
 pub use run::Sweep;
 pub use runner::{Integrate, IntegrateError, Integrated, Stopped, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;

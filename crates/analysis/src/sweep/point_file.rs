@@ -3,11 +3,10 @@
 use super::runner::{IntegrateError, Integrated};
 use super::study::Study;
 use crate::analysis::SavedRun;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use stickslip_case::Case;
 use stickslip_engine::hybrid::RunError;
-use stickslip_engine::simulation::Progress;
+use stickslip_system::watch::Watch;
 
 /// Folder of the runs: `map.runs` next to `map.h5`.
 pub(super) fn folder_of_runs(path: &Path) -> PathBuf {
@@ -20,7 +19,7 @@ pub(super) fn into_a_file(
     study: &Study,
     number: u64,
     case: &Case,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<Integrated, IntegrateError> {
     std::fs::create_dir_all(folder).map_err(|error| {
         IntegrateError::Storage(format!(
@@ -34,7 +33,7 @@ pub(super) fn into_a_file(
         .title(title)
         .inputs(&study.files)
         .keep_events()
-        .control(control)
+        .watch(watch)
         .start()
         .map_err(|error| IntegrateError::Storage(error.to_string()))?;
     match (saved.unsaved, saved.run.failure) {

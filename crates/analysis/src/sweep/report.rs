@@ -1,20 +1,7 @@
-//! Progress and report of a sweep.
+//! Report of a sweep.
 
 use super::curves::Boundaries;
 use std::path::PathBuf;
-
-/// Progress of a sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SweepProgress {
-    /// Finished points, including those of an earlier start.
-    pub done: u64,
-    /// Number of points of the study, or the number known so far.
-    pub total: u64,
-    /// Whether there may be more than [`Self::total`].
-    pub open: bool,
-    /// Points whose run failed.
-    pub failed: u64,
-}
 
 /// Result of a sweep.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,25 +5,21 @@ use super::earlier::already_there;
 use super::error::{SweepEnd, SweepError};
 use super::executor::Executor;
 use super::file::write;
-use super::journal::{Existing, Journal, journal_path};
+use super::journal::journal_path;
 use super::point_file::{folder_of_runs, into_a_file};
-use super::report::{SweepProgress, SweepReport};
+use super::report::SweepReport;
 use super::runner::{Integrate, without_a_file};
 use super::running::{Running, RunningPoints};
 use super::shard::{Shard, plan};
 use super::study::{Design, Study};
-use std::ops::ControlFlow;
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use crate::study::StudyRun;
 use stickslip_case::Case;
-use stickslip_engine::simulation::Progress;
-use stickslip_engine::workers::processors;
-use stickslip_files::{Overwrite, Reason, check_target};
+use stickslip_files::{Reason, check_target};
+use stickslip_system::watch::Watch;
 
 /// Builder of a sweep; [`Sweep::start`] runs the study into its file.
 ///
-/// Every outcome first goes to the journal next to the file. The file is made from the journal after the last point or
-/// after an interruption. A complete file replaces the journal. On one kind of machine and with one program version,
+/// The file is made from the journal after the last point or after an interruption. On one kind of machine and with one program version,
 /// the same study gives the same bytes for any number of threads, processes and interruptions.
 ///
 /// ```
@@ -38,49 +34,9 @@ use stickslip_files::{Overwrite, Reason, check_target};
 /// assert_eq!((report.points, report.failed), (2, 0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[must_use = "nothing is computed before `start`"]
-pub struct Sweep<'a> {
-    pub(super) study: &'a Study,
-    pub(super) path: &'a Path,
-    pub(super) overwrite: Overwrite,
-    resume: bool,
-    shard: Option<Shard>,
-    workers: usize,
-    stop: &'a AtomicBool,
-    executor: Option<&'a mut dyn Executor>,
-    progress: Box<dyn FnMut(SweepProgress) + 'a>,
-}
-
-static NEVER: AtomicBool = AtomicBool::new(false);
+pub type Sweep<'a> = StudyRun<'a, Study>;
 
 impl<'a> Sweep<'a> {
-    /// Sweep of a study on all processors. By default, the file may only replace results of this program.
-    pub fn new(study: &'a Study, path: &'a Path) -> Self {
-        Sweep {
-            study,
-            path,
-            overwrite: Overwrite::OwnResults,
-            resume: false,
-            shard: None,
-            workers: processors(),
-            stop: &NEVER,
-            executor: None,
-            progress: Box::new(|_| {}),
-        }
-    }
-
-    /// Sets which files may be replaced.
-    pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
-        self.overwrite = overwrite;
-        self
-    }
-
-    /// Resumes an interrupted sweep of the same study.
-    pub fn resume(mut self, resume: bool) -> Self {
-        self.resume = resume;
-        self
-    }
-
     /// Runs only a part of the points, into the file of a shard.
     pub fn shard(mut self, shard: Option<Shard>) -> Self {
         self.shard = shard;
@@ -93,21 +49,9 @@ impl<'a> Sweep<'a> {
         self
     }
 
-    /// Sets a flag that ends the sweep cleanly.
-    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
-        self.stop = stop;
-        self
-    }
-
     /// Runs the points in other processes.
     pub fn executor(mut self, executor: &'a mut dyn Executor) -> Self {
         self.executor = Some(executor);
-        self
-    }
-
-    /// Sets a callback for the progress of the sweep.
-    pub fn progress(mut self, progress: impl FnMut(SweepProgress) + 'a) -> Self {
-        self.progress = Box::new(progress);
         self
     }
 
@@ -132,24 +76,17 @@ impl<'a> Sweep<'a> {
                 "the result files of the runs are written by the process that runs them; leave it out, or the executor";
             return Err(SweepError::Refused(format!("keep.trajectory: {why}")));
         }
-        let mut progress = std::mem::replace(&mut self.progress, Box::new(|_| {}));
-        let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
-            into_a_file(&folder, self.study, number, case, control)
-        };
+        let into_files =
+            |number: u64, case: &Case, watch: &dyn Watch| into_a_file(&folder, self.study, number, case, watch);
         let integrate: &Integrate = match self.study.keep.trajectory {
             true => &into_files,
             false => &without_a_file,
         };
-        run(&self, integrate, executor, &mut progress)
+        run(&self, integrate, executor)
     }
 }
 
-fn run(
-    sweep: &Sweep,
-    integrate: &Integrate,
-    executor: Option<&mut dyn Executor>,
-    progress: &mut dyn FnMut(SweepProgress),
-) -> Result<SweepReport, SweepError> {
+fn run(sweep: &Sweep, integrate: &Integrate, executor: Option<&mut dyn Executor>) -> Result<SweepReport, SweepError> {
     let Sweep { study, path, .. } = *sweep;
     let digest = study.digest();
     let part = sweep.shard.map(|shard| plan(study, shard)).transpose()?;
@@ -166,21 +103,15 @@ fn run(
     if sweep.resume && path.exists() && !journal_file.exists() {
         return already_there(path, &digest, sweep.shard);
     }
-    let existing = match (sweep.resume, sweep.overwrite) {
-        (true, _) => Existing::Resume,
-        (false, Overwrite::Force) => Existing::Discard,
-        (false, _) => Existing::Refuse,
-    };
-    let journal = Journal::open(&journal_file, &digest, existing)?;
+    let journal = sweep.journal(&digest)?;
     let before = journal.points();
     let mut state = Running {
         study,
         workers: sweep.workers,
         integrate,
         executor: executor.map(|executor| executor as _),
-        stop: sweep.stop,
+        watch: sweep.watch,
         journal,
-        progress,
         failed: 0,
     };
     let mut points = RunningPoints::of(study);

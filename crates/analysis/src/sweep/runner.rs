@@ -3,18 +3,17 @@
 use super::outcome::{EventRow, PointOutcome, Values, values};
 use super::study::{Study, StudyPoint};
 use crate::analysis::{Summary, recorded};
-use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use stickslip_case::{Case, CaseError};
-use stickslip_engine::simulation::{Progress, RunFailure, RunReport};
+use stickslip_engine::simulation::{RunFailure, RunReport};
 use stickslip_engine::workers::on_threads;
 use stickslip_system::record::NoRecorder;
+use stickslip_system::watch::Watch;
 
 /// Integration of one case of a sweep, without a file or into the case's own file.
-pub type Integrate<'a> =
-    dyn Fn(u64, &Case, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Integrated, IntegrateError> + Sync + 'a;
+pub type Integrate<'a> = dyn Fn(u64, &Case, &dyn Watch) -> Result<Integrated, IntegrateError> + Sync + 'a;
 
 /// Result of a run in a sweep.
 #[derive(Debug)]
@@ -44,12 +43,8 @@ pub enum IntegrateError {
 }
 
 /// Integrates a case and keeps only its events.
-pub fn without_a_file(
-    _number: u64,
-    case: &Case,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Integrated, IntegrateError> {
-    let run = recorded(case, &mut NoRecorder, false, None, control);
+pub fn without_a_file(_number: u64, case: &Case, watch: &dyn Watch) -> Result<Integrated, IntegrateError> {
+    let run = recorded(case, &mut NoRecorder, false, false, watch);
     match run.failure {
         Some(failure) => Err(IntegrateError::Run(failure)),
         None => Ok(Integrated::new(run.report, &run.summary)),
@@ -59,7 +54,7 @@ pub fn without_a_file(
 /// Reason why a pool stopped early.
 #[derive(Debug)]
 pub enum Stopped<E> {
-    /// The flag was set.
+    /// The observer stopped it.
     Interrupted,
     /// The receiver of the outcomes failed.
     Delivery(E),
@@ -74,18 +69,18 @@ const GATHERING: Duration = Duration::from_millis(20);
 
 /// Runs `points` on `workers` threads and passes their outcomes to `deliver`, in groups and in the order of completion.
 ///
-/// The outcome of a point depends only on the study and the point's coordinates. After `stop` or an error, which is
+/// The outcome of a point depends only on the study and the point's coordinates. After a stop or an error, which is
 /// returned, current points are abandoned.
 pub fn run_points<E>(
     study: &Study,
     points: impl Iterator<Item = StudyPoint> + Send,
     workers: usize,
-    stop: &AtomicBool,
+    watch: &dyn Watch,
     integrate: &Integrate,
     mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
     let given_up = AtomicBool::new(false);
-    let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
+    let halted = || watch.stopped() || given_up.load(Ordering::Relaxed);
     let mut error = None;
     let job = |point: StudyPoint| match halted() {
         true => None,
@@ -120,7 +115,7 @@ pub fn run_points<E>(
     });
     match error {
         Some(error) => Err(error),
-        None if stop.load(Ordering::Relaxed) => Err(Stopped::Interrupted),
+        None if watch.stopped() => Err(Stopped::Interrupted),
         None => Ok(()),
     }
 }
@@ -130,7 +125,7 @@ pub fn run_point(
     study: &Study,
     point: &StudyPoint,
     integrate: &Integrate,
-    halted: &dyn Fn() -> bool,
+    watch: &dyn Watch,
 ) -> Result<Option<PointOutcome>, String> {
     let outcome = |result, events| {
         Ok(Some(PointOutcome {
@@ -143,15 +138,8 @@ pub fn run_point(
         Ok(case) => case,
         Err(error) => return outcome(Err(in_words(&error)), Vec::new()),
     };
-    let mut control = |_: Progress| {
-        if halted() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    };
     // A defect in one run must not stop the other runs.
-    let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, &mut control)));
+    let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, watch)));
     match result {
         Ok(Ok(Integrated { values: None, .. })) => Ok(None),
         Ok(Ok(Integrated {

@@ -4,13 +4,12 @@ use super::error::SweepEnd;
 use super::executor::{Executor, run_elsewhere};
 use super::journal::Journal;
 use super::outcome::PointOutcome;
-use super::report::SweepProgress;
 use super::runner::{Integrate, run_points};
 use super::study::{Study, StudyPoint};
 use std::collections::HashSet;
-use std::sync::atomic::AtomicBool;
 use stickslip_case::Setting;
 use stickslip_files::ShardPlan;
+use stickslip_system::watch::Watch;
 
 pub(super) struct RunningPoints<'a> {
     study: &'a Study,
@@ -41,9 +40,8 @@ pub(super) struct Running<'a> {
     pub(super) workers: usize,
     pub(super) integrate: &'a Integrate<'a>,
     pub(super) executor: Option<&'a mut dyn Executor>,
-    pub(super) stop: &'a AtomicBool,
+    pub(super) watch: &'a dyn Watch,
     pub(super) journal: Journal,
-    pub(super) progress: &'a mut dyn FnMut(SweepProgress),
     pub(super) failed: u64,
 }
 
@@ -88,18 +86,21 @@ impl Running<'_> {
             workers,
             integrate,
             executor,
-            stop,
+            watch,
             journal,
-            progress,
             failed,
         } = self;
-        let mut show = |done: u64, failed: u64| {
-            progress(SweepProgress {
-                done,
-                total,
-                open,
-                failed,
-            });
+        let more = if open { " or more" } else { "" };
+        let show = |done: u64, failed: u64| {
+            let failures = match failed {
+                0 => String::new(),
+                failed => format!(", {failed} failed"),
+            };
+            let _ = watch.at(
+                done as f64,
+                total as f64,
+                format_args!("{total}{more} points{failures}"),
+            );
         };
         show(journal.points(), *failed);
         let deliver = |group: Vec<PointOutcome>| {
@@ -109,8 +110,8 @@ impl Running<'_> {
             Ok(())
         };
         match executor {
-            Some(executor) => run_elsewhere(study, points, &mut **executor, stop, deliver),
-            None => run_points(study, points, *workers, stop, *integrate, deliver).map_err(SweepEnd::from),
+            Some(executor) => run_elsewhere(study, points, &mut **executor, *watch, deliver),
+            None => run_points(study, points, *workers, *watch, *integrate, deliver).map_err(SweepEnd::from),
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::schema::{SweepHeader, SweepPlan};
+use super::schema::SweepPlan;
 use super::shard::ShardFile;
 use super::writer::SweepWriter;
 use crate::check::check_sound;
 use crate::disk::same_file;
+use crate::study::StudyHeader;
 use crate::{Overwrite, Reason, Reservation, ResultError, Status, partial_path};
 
 /// Inputs and output of a merge.
@@ -195,11 +196,11 @@ fn in_words(numbers: &[usize]) -> String {
     }
 }
 
-fn difference(first: &SweepHeader, second: &SweepHeader) -> Option<(String, [String; 2])> {
+fn difference(first: &StudyHeader, second: &StudyHeader) -> Option<(String, [String; 2])> {
     if first.source != second.source {
         return Some(("source".to_owned(), [first.source.clone(), second.source.clone()]));
     }
-    let named = |header: &SweepHeader, name: &str| {
+    let named = |header: &StudyHeader, name: &str| {
         let found = header.meta.iter().find(|(other, _)| other == name);
         found.map_or("none".to_owned(), |(_, value)| value.to_string())
     };
@@ -214,7 +215,7 @@ fn copy(
     place: Reservation,
     shards: &[ShardFile],
     plan: &SweepPlan,
-    header: &SweepHeader,
+    header: &StudyHeader,
 ) -> Result<(PathBuf, usize), MergeError> {
     let rows = shards.iter().map(|shard| {
         let rows = shard.rows(plan);

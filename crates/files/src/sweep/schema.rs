@@ -1,41 +1,16 @@
 //! Names and plan of a sweep file.
 
 use super::partition::Partition;
-use crate::AttributeValue;
 use crate::schema::{self, TableSchema, Variable};
 
 /// Smallest number of buffered points, and the number of points in a chunk.
 pub(super) const BLOCK: usize = 16_384;
 pub(super) const POINT_STATUS: &str = "status";
 pub(super) const POINT_STATUSES: [(i8, &str); 3] = [(0, "complete"), (1, "failed"), (2, "missing")];
-pub(super) const POINT: &str = "point";
-pub(super) const FAILURES: (&str, &str) = ("failures", "failure");
+pub(crate) const POINT: &str = "point";
+pub(crate) const FAILURES: (&str, &str) = ("failures", "failure");
 pub(super) const EVENTS: (&str, &str) = ("events", "event");
-pub(super) const AXES_GROUP: &str = "axes";
-pub(super) const INPUT_STUDY: &str = "study";
-pub(super) const INPUT_CASE: &str = "case";
-pub(super) const DIGEST: &str = "study_digest";
-
-/// Metadata of a study.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepHeader {
-    /// Root attribute `title`.
-    pub title: String,
-    /// Program with its version; root attribute `source`.
-    pub source: String,
-    /// Publication of the model; root attribute `references`.
-    pub references: String,
-    /// Root attribute `history`, without a time, so that the same study gives the same file.
-    pub history: String,
-    /// Digest that identifies the study.
-    pub digest: String,
-    /// The study's TOML text as given.
-    pub study_text: String,
-    /// Text of the base case, as TOML.
-    pub case_text: String,
-    /// Attributes of /meta.
-    pub meta: Vec<(String, AttributeValue)>,
-}
+pub(crate) const AXES_GROUP: &str = "axes";
 
 /// An axis: a dimension of a grid, or a column of a table. Words are stored as codes.
 #[derive(Debug, Clone, PartialEq)]

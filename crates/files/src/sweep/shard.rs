@@ -7,15 +7,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::columns::write_axis;
-use super::file::SweepFile;
 use super::partition::Partition;
 use super::schema::{
-    AXES_GROUP, DIGEST, EVENTS, EventForm, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan,
-    SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow,
+    AXES_GROUP, EVENTS, EventForm, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis, SweepCell, SweepLayout,
+    SweepPlan, SweepRow,
 };
 use crate::attributes::{AttributeValue, write_attribute};
-use crate::schema::{self, StorageKind, root};
+use crate::schema::{self, INPUT_CASE, StorageKind, root};
 use crate::source::FileSource;
+use crate::study::{DIGEST, INPUT_STUDY, StudyFile, StudyHeader};
 use crate::table::create_group;
 use crate::{Reason, ResultError};
 
@@ -38,7 +38,7 @@ const NAMES: usize = 4096;
 
 pub(super) fn describe(
     file: &hdf5::File,
-    header: &SweepHeader,
+    header: &StudyHeader,
     shard: &ShardPlan,
     plan: &SweepPlan,
 ) -> hdf5::Result<()> {
@@ -70,7 +70,7 @@ pub(super) fn describe(
 /// The file of a shard, open for reading.
 #[derive(Debug)]
 pub struct ShardFile {
-    inner: Arc<SweepFile>,
+    inner: Arc<StudyFile>,
     shard: usize,
     partition: Partition,
     layout: SweepLayout,
@@ -80,7 +80,7 @@ impl ShardFile {
     /// Opens the file of a shard. Fails if it is missing, of another kind, damaged, or of a newer version.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let source = FileSource::open_known(path)?;
-        let inner = SweepFile { source };
+        let inner = StudyFile { source };
         if inner.text(root::FORMAT).as_deref() != Some(schema::SWEEP_SHARD_FORMAT) {
             return Err(Reason::NotAShard.of(path));
         }
@@ -176,7 +176,7 @@ impl ShardFile {
         }))
     }
 
-    pub(super) fn header(&self) -> Result<SweepHeader, ResultError> {
+    pub(super) fn header(&self) -> Result<StudyHeader, ResultError> {
         let text = |name: &str| self.inner.text(name).ok_or_else(|| self.inner.missing(name));
         let input = |name: &str| {
             let name = format!("{}/{name}", schema::group::INPUT);
@@ -189,14 +189,14 @@ impl ShardFile {
             let missing = || self.inner.missing(&format!("{}/{name}", schema::group::META));
             meta.push((name.to_owned(), value.ok_or_else(missing)?));
         }
-        Ok(SweepHeader {
+        Ok(StudyHeader {
             title: text(root::TITLE)?,
             source: text(root::SOURCE)?,
-            references: text(root::REFERENCES)?,
-            history: text(root::HISTORY)?,
+            references: Some(text(root::REFERENCES)?),
             digest: text(DIGEST)?,
-            study_text: input(INPUT_STUDY)?,
-            case_text: input(INPUT_CASE)?,
+            history: text(root::HISTORY)?,
+            study: input(INPUT_STUDY)?,
+            inputs: vec![StudyHeader::case_of_sweep(input(INPUT_CASE)?)],
             meta,
         })
     }
@@ -306,7 +306,7 @@ impl ShardFile {
 const BLOCK: usize = 4096;
 
 struct ColumnBlocks {
-    file: Arc<SweepFile>,
+    file: Arc<StudyFile>,
     name: String,
     length: usize,
     start: usize,
@@ -336,7 +336,7 @@ impl ColumnBlocks {
 }
 
 pub(super) struct ShardRows {
-    file: Arc<SweepFile>,
+    file: Arc<StudyFile>,
     number: ColumnBlocks,
     status: ColumnBlocks,
     coordinates: Vec<ColumnBlocks>,

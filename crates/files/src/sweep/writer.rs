@@ -1,14 +1,15 @@
 //! Writer of sweep files: a row, or a cell of a grid, for each point in the order of the numbers.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::columns::{SweepColumns, write_columns};
-use super::schema::{DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
+use super::schema::{SweepPlan, SweepRow};
 use super::shard;
-use crate::attributes::{write_attribute, write_attributes, write_input, write_root};
+use crate::attributes::write_attribute;
 use crate::schema;
-use crate::table::{create_file as create_hdf5, create_group};
+use crate::study::StudyHeader;
+use crate::table::create_group;
 use crate::target::{self, Reservation};
 use crate::{FileColumn, ResultError, Status};
 
@@ -32,14 +33,15 @@ impl std::fmt::Debug for SweepWriter {
 
 impl SweepWriter {
     /// Creates the file under a hidden name.
-    pub fn create(place: Reservation, header: &SweepHeader, plan: &SweepPlan) -> Result<Self, ResultError> {
+    pub fn create(place: Reservation, header: &StudyHeader, plan: &SweepPlan) -> Result<Self, ResultError> {
         let made = place.lock.sibling();
         let created = (|| {
             let format = match plan.shard {
                 Some(_) => schema::SWEEP_SHARD_FORMAT,
                 None => schema::SWEEP_FORMAT,
             };
-            let file = create_file(&made, header, format)?;
+            let file = header.create(&made, format, None)?;
+            header.write_input(&file)?;
             if let Some(shard) = &plan.shard {
                 shard::describe(&file, header, shard, plan)?;
             }
@@ -106,28 +108,4 @@ impl SweepWriter {
         }
         Ok(target.clone())
     }
-}
-
-fn create_file(path: &Path, header: &SweepHeader, format: &str) -> hdf5::Result<hdf5::File> {
-    let file = create_hdf5(path)?;
-    let texts = [
-        (schema::root::CONVENTIONS, schema::CONVENTIONS),
-        (schema::root::TITLE, &header.title),
-        (schema::root::SOURCE, &header.source),
-        (schema::root::HISTORY, &header.history),
-        (schema::root::REFERENCES, &header.references),
-        (schema::root::FORMAT, format),
-        (DIGEST, &header.digest),
-    ];
-    write_root(&file, &texts)?;
-    let input = create_group(&file, schema::group::INPUT)?;
-    for (name, text, long_name) in [
-        (INPUT_STUDY, &header.study_text, "the study as it was given (TOML)"),
-        (INPUT_CASE, &header.case_text, "the base case (TOML)"),
-    ] {
-        write_input(&input, name, text, long_name)?;
-    }
-    let meta = create_group(&file, schema::group::META)?;
-    write_attributes(&meta, &header.meta)?;
-    Ok(file)
 }

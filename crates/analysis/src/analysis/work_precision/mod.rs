@@ -4,6 +4,7 @@
 //! the largest error over all events. The last one requires the reference's sequence. The first two only require such
 //! a stick in both runs.
 
+mod file;
 mod study;
 
 pub use crate::study::StudySource;
@@ -14,13 +15,13 @@ use study::{FALLBACK, TIGHTEST};
 use super::exact::request as oracle_request;
 use super::truth::Truth;
 use serde::{Serialize, Serializer};
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, RunReport};
 use stickslip_oracle::{OracleError, OracleRequest, solve};
 use stickslip_system::record::{Event, EventKind, NoRecorder};
+use stickslip_system::watch::Watch;
 
 /// Error of a study.
 #[derive(Debug, thiserror::Error)]
@@ -85,6 +86,23 @@ pub struct Measurement {
     pub failure: Option<String>,
 }
 
+impl Measurement {
+    fn new(method: Method, knob: Knob) -> Self {
+        Measurement {
+            method,
+            knob,
+            errors: MethodErrors::default(),
+            events: 0,
+            same_sequence: false,
+            steps: 0,
+            rhs_evaluations: 0,
+            jacobian_evaluations: 0,
+            wall_time: f64::INFINITY,
+            failure: None,
+        }
+    }
+}
+
 fn by_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(method.name())
 }
@@ -102,33 +120,13 @@ pub struct StudyResult {
     pub interrupted: bool,
 }
 
-/// Progress of a study.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StudyProgress {
-    /// Finished runs, including the reference's.
-    pub done: usize,
-    /// Total number of runs.
-    pub of: usize,
-    /// Method of the current run.
-    pub method: Method,
-}
-
-/// Runs a study. `control` is polled. `Break` ends the study with its results so far, or with `None` if there is no
-/// reference yet. Failed runs are [`Measurement`]s with a failure.
+/// Runs a study. A stop ends the study with its results so far, or with `None` if there is no reference yet. Failed
+/// runs are [`Measurement`]s with a failure.
 ///
 /// # Errors
 /// There is no reference.
-pub fn run(
-    study: &PrecisionStudy,
-    control: &mut dyn FnMut(StudyProgress) -> ControlFlow<()>,
-) -> Result<Option<StudyResult>, StudyError> {
-    let of = study.reference_cases.len() + study.runs.len();
-    let mut done = 0;
-    let Some(reference) = reference(study, &mut |method, finished| {
-        done += usize::from(finished);
-        control(StudyProgress { done, of, method })
-    })?
-    else {
+pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResult>, StudyError> {
+    let Some(reference) = reference(study, watch)? else {
         return Ok(None);
     };
     let mut result = StudyResult {
@@ -137,21 +135,24 @@ pub fn run(
         measurements: Vec::with_capacity(study.runs.len()),
         interrupted: false,
     };
-    for (method, knob, case) in &study.runs {
-        let progress = StudyProgress {
-            done,
-            of,
-            method: *method,
-        };
-        let control = &mut || control(progress);
-        let Some(measurement) = measure(*method, *knob, case, &result.reference, study.repeat, control) else {
+    for (done, (method, knob, case)) in (study.reference_cases.len()..).zip(&study.runs) {
+        let begun = begin(study, done, *method, watch);
+        let Some(measurement) =
+            begun.and_then(|()| measure(*method, *knob, case, &result.reference, study.repeat, watch))
+        else {
             result.interrupted = true;
             break;
         };
         result.measurements.push(measurement);
-        done += 1;
     }
     Ok(Some(result))
+}
+
+/// Reports the start of a run by `method` after `done` runs, including the reference's; `None` if stopped.
+fn begin(study: &PrecisionStudy, done: usize, method: Method, watch: &dyn Watch) -> Option<()> {
+    let (of, method) = (study.reference_cases.len() + study.runs.len(), method.name());
+    let what = format_args!("{done} of {of} runs, {method}");
+    watch.at(done as f64, of as f64, what).is_continue().then_some(())
 }
 
 type MethodSequence = Vec<(EventKind, f64)>;
@@ -161,18 +162,15 @@ fn sequence(events: &[Event]) -> MethodSequence {
     events.map(|event| (event.kind, event.time)).collect()
 }
 
-fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
+fn integrate(case: &Case, watch: &dyn Watch) -> Result<Option<RunReport>, String> {
     let mut recorder = NoRecorder;
-    match Run::new(case).record(&mut recorder).control(|_| control()).start() {
+    match Run::new(case).record(&mut recorder).stop(|| watch.stopped()).start() {
         Ok(report) => Ok((!report.interrupted).then_some(report)),
         Err(failure) => Err(failure.to_string()),
     }
 }
 
-fn reference(
-    study: &PrecisionStudy,
-    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
-) -> Result<Option<PrecisionReference>, StudyError> {
+fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<PrecisionReference>, StudyError> {
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path).map_err(StudyError::Truth)?;
@@ -185,18 +183,18 @@ fn reference(
                 events: truth.events,
             }
         }
-        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control) {
+        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, watch) {
             Ok(Some(reference)) => reference,
             Ok(None) => return Ok(None),
             Err(why) => {
-                let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, control)? else {
+                let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, watch)? else {
                     return Ok(None);
                 };
                 reference.description += &format!("; the oracle was not used: {why}");
                 reference
             }
         },
-        ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, control)? {
+        ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, watch)? {
             Some(reference) => reference,
             None => return Ok(None),
         },
@@ -213,13 +211,15 @@ fn by_runs(
     study: &PrecisionStudy,
     [method, check]: [Method; 2],
     rtol: f64,
-    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<Option<PrecisionReference>, StudyError> {
     let mut sequences = Vec::with_capacity(2);
-    for case in &study.reference_cases {
+    for (done, case) in study.reference_cases.iter().enumerate() {
         let by = case.solver.method;
-        let report = integrate(case, &mut || control(by, false));
-        let report = report.map_err(|failure| {
+        if begin(study, done, by, watch).is_none() {
+            return Ok(None);
+        }
+        let report = integrate(case, watch).map_err(|failure| {
             let by = by.name();
             StudyError::NoReference(format!(
                 "the reference cannot be computed: method {by} fails: {failure}; name other methods in [reference], or a truth"
@@ -228,9 +228,6 @@ fn by_runs(
         let Some(report) = report else {
             return Ok(None);
         };
-        if control(by, true).is_break() {
-            return Ok(None);
-        }
         sequences.push(sequence(&report.events));
     }
     let checked = sequences.pop().unwrap_or_default();
@@ -271,23 +268,21 @@ const DIGITS: u32 = 18;
 fn by_oracle(
     study: &PrecisionStudy,
     exact: &ExactCase,
-    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<Option<PrecisionReference>, String> {
     let (by, _, case) = study.runs.first().ok_or("the study has no run")?;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
         ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };
-    let solution = match solve(&exact.system, &request, &mut |_| control(*by, false)) {
+    if begin(study, 0, *by, watch).is_none() {
+        return Ok(None);
+    }
+    let solution = match solve(&exact.system, &request, &|| watch.stopped()) {
         Ok(solution) => solution,
         Err(OracleError::Interrupted(_)) => return Ok(None),
         Err(error) => return Err(error.to_string()),
     };
-    for _ in &study.reference_cases {
-        if control(*by, true).is_break() {
-            return Ok(None);
-        }
-    }
     let events = solution.report.events.iter().zip(&solution.errors);
     let in_word = events.filter(|(event, _)| event.kind.in_event_sequence());
     let (events, uncertainties) = in_word
@@ -343,23 +338,12 @@ fn measure(
     case: &Case,
     reference: &PrecisionReference,
     repeat: usize,
-    control: &mut dyn FnMut() -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Option<Measurement> {
-    let mut measurement = Measurement {
-        method,
-        knob,
-        errors: MethodErrors::default(),
-        events: 0,
-        same_sequence: false,
-        steps: 0,
-        rhs_evaluations: 0,
-        jacobian_evaluations: 0,
-        wall_time: f64::INFINITY,
-        failure: None,
-    };
+    let mut measurement = Measurement::new(method, knob);
     for _ in 0..repeat {
         let clock = Instant::now();
-        let result = integrate(case, control);
+        let result = integrate(case, watch);
         measurement.wall_time = measurement.wall_time.min(clock.elapsed().as_secs_f64());
         match result {
             Ok(None) => return None,

@@ -1,0 +1,317 @@
+//! Files of studies: their head, and readers of all kinds.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::attributes::{write_attributes, write_input, write_root};
+use super::certificate::Addition;
+use super::schema::{StorageKind, TableSchema, Variable};
+use super::source::uneven;
+use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader};
+use super::sweep::schema::{AXES_GROUP, FAILURES, POINT};
+use super::table::{TableWriter, create_file, create_group};
+use super::target::Reservation;
+use super::{AttributeValue, Reason, ResultError, Status, schema};
+
+pub(super) const DIGEST: &str = "study_digest";
+pub(super) const INPUT_STUDY: &str = "study";
+
+/// Table of a study's file: schema, rows with a number for each variable, and attributes of the group.
+pub type StudyTable = (TableSchema, Vec<Vec<f64>>, Vec<(String, AttributeValue)>);
+
+/// Head of a study's file: root attributes, texts of /input, and attributes of /meta.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StudyHeader {
+    /// Root attribute `title`.
+    pub title: String,
+    /// Program with its version; root attribute `source`.
+    pub source: String,
+    /// Root attribute `history`. In a sweep it has no time, so that the same study gives the same file.
+    pub history: String,
+    /// Publication of the model; root attribute `references` of a sweep.
+    pub references: Option<String>,
+    /// Digest that identifies the study; root attribute `study_digest` of a sweep, otherwise empty.
+    pub digest: String,
+    /// /input/study: the study's TOML text as given.
+    pub study: String,
+    /// Further texts of /input: name, description, text.
+    pub inputs: Vec<(&'static str, &'static str, String)>,
+    /// Attributes of /meta.
+    pub meta: Vec<(String, AttributeValue)>,
+}
+
+impl StudyHeader {
+    /// The base case of a sweep as a text of /input.
+    pub fn case_of_sweep(text: String) -> (&'static str, &'static str, String) {
+        (schema::INPUT_CASE, "the base case (TOML)", text)
+    }
+
+    /// Creates a file with the root attributes. A file that grows gets its status at the end.
+    pub(super) fn create(&self, path: &Path, format: &str, status: Option<&Status>) -> hdf5::Result<hdf5::File> {
+        let file = create_file(path)?;
+        let mut texts = vec![
+            (schema::root::CONVENTIONS, schema::CONVENTIONS),
+            (schema::root::TITLE, &self.title),
+            (schema::root::SOURCE, &self.source),
+            (schema::root::HISTORY, &self.history),
+        ];
+        texts.extend(
+            self.references
+                .iter()
+                .map(|text| (schema::root::REFERENCES, text.as_str())),
+        );
+        texts.push((schema::root::FORMAT, format));
+        texts.extend(Some((DIGEST, self.digest.as_str())).filter(|digest| !digest.1.is_empty()));
+        texts.extend(status.map(|status| (schema::root::STATUS, status.name())));
+        write_root(&file, &texts)?;
+        Ok(file)
+    }
+
+    /// Writes /input and /meta.
+    pub(super) fn write_input(&self, file: &hdf5::File) -> hdf5::Result<()> {
+        let input = create_group(file, schema::group::INPUT)?;
+        write_input(&input, INPUT_STUDY, &self.study, "the study as it was given (TOML)")?;
+        for (name, long_name, text) in &self.inputs {
+            write_input(&input, name, text, long_name)?;
+        }
+        write_attributes(&create_group(file, schema::group::META)?, &self.meta)
+    }
+
+    /// Writes the file of a work-precision study with its tables at a reserved place: under its own name if the study is
+    /// complete, otherwise as its partial file. Returns the path.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_work_precision(
+        &self,
+        tables: &[StudyTable],
+        place: &Reservation,
+        status: &Status,
+    ) -> Result<PathBuf, ResultError> {
+        place.put(status, |made| {
+            let file = self.create(made, schema::WORK_PRECISION_FORMAT, Some(status))?;
+            for (schema, rows, attributes) in tables {
+                let mut table = TableWriter::create(&file, schema)?;
+                for row in rows {
+                    table.push(&[row]);
+                }
+                table.append()?;
+                write_attributes(&file.group(schema.group)?, attributes)?;
+            }
+            self.write_input(&file)?;
+            file.flush()
+        })
+    }
+
+    /// Writes the file of a continuation with its groups /branches, /points and /curves at a reserved place: under its
+    /// own name if the study is complete, otherwise as its partial file. Returns the path.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_continuation(
+        &self,
+        groups: &[Addition],
+        place: &Reservation,
+        status: &Status,
+    ) -> Result<PathBuf, ResultError> {
+        place.put(status, |made| {
+            let file = self.create(made, schema::CONTINUATION_FORMAT, Some(status))?;
+            groups.iter().try_for_each(|group| group.write(&file))?;
+            self.write_input(&file)?;
+            file.flush()
+        })
+    }
+}
+
+/// The file of a study, open for reading.
+#[derive(Debug)]
+pub struct StudyFile {
+    pub(super) source: FileSource,
+}
+
+impl StudyFile {
+    /// Opens a sweep file. Fails if it is missing, not a sweep file, damaged, or of a newer version.
+    pub fn open_sweep(path: &Path) -> Result<Self, ResultError> {
+        let source = FileSource::open_known(path)?;
+        let file = StudyFile { source };
+        match file.text(schema::root::FORMAT).as_deref() {
+            Some(schema::SWEEP_FORMAT) => file.source.check_tables().map(|()| file),
+            Some(schema::SWEEP_SHARD_FORMAT) => Err(Reason::OnlyAShard.of(path)),
+            _ => Err(Reason::NotASweep.of(path)),
+        }
+    }
+
+    /// Opens a continuation file. Fails if it is missing, of another kind, of a newer version, or damaged.
+    pub fn open_continuation(path: &Path) -> Result<Self, ResultError> {
+        let source = FileSource::open_format(path, schema::CONTINUATION_FORMAT)?;
+        Ok(StudyFile { source })
+    }
+
+    /// Opens the file of a work-precision study, as [`Self::open_continuation`] does.
+    pub fn open_work_precision(path: &Path) -> Result<Self, ResultError> {
+        let source = FileSource::open_format(path, schema::WORK_PRECISION_FORMAT)?;
+        Ok(StudyFile { source })
+    }
+
+    /// Whether the file at `path` is of a work-precision study.
+    pub fn is_work_precision(path: &Path) -> bool {
+        FileSource::is_of_format(path, schema::WORK_PRECISION_FORMAT)
+    }
+
+    /// Whether the file at `path` is a sweep file.
+    pub fn is_sweep(path: &Path) -> bool {
+        FileSource::is_of_format(path, schema::SWEEP_FORMAT)
+    }
+
+    /// Whether the file at `path` is a continuation file.
+    pub fn is_continuation(path: &Path) -> bool {
+        FileSource::is_of_format(path, schema::CONTINUATION_FORMAT)
+    }
+
+    /// Path of the file.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// A text attribute of the file (`title`, `status`, `study_digest`) or of a group (`boundary/criterion`).
+    pub fn text(&self, name: &str) -> Option<String> {
+        let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
+        self.source.text_attribute(group, name).ok()?
+    }
+
+    /// Like [`Self::text`]; fails if the attribute is unreadable.
+    pub fn text_attribute(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
+        self.source.text_attribute(group, name)
+    }
+
+    /// A text of /input. Fails if it is unreadable.
+    pub fn input(&self, name: &str) -> Result<Option<String>, ResultError> {
+        self.source.text(&format!("{}/{name}", schema::group::INPUT))
+    }
+
+    /// Base case with the study's settings, in TOML.
+    pub fn case_text(&self) -> Option<String> {
+        self.input(schema::INPUT_CASE).ok()?
+    }
+
+    /// Digest of the study.
+    pub fn digest(&self) -> Option<String> {
+        self.text(DIGEST)
+    }
+
+    /// A text attribute of a variable.
+    pub fn attribute(&self, variable: &str, name: &str) -> Option<String> {
+        self.source.text_attribute(variable, name).ok()?
+    }
+
+    /// Names of a group's variables (`/` for the points); none if there is no such group.
+    pub fn variables(&self, group: &str) -> Vec<String> {
+        let members = self.source.members(group.trim_matches('/')).unwrap_or_default();
+        let variables = members
+            .into_iter()
+            .filter(|member| !matches!(member.is, Object::Group(_)));
+        variables.map(|member| member.name).collect()
+    }
+
+    /// The columns of a group, for reading.
+    pub fn table(&self, group: &str) -> Result<TableReader<'_>, ResultError> {
+        self.source.table(group)
+    }
+
+    /// Every variable of a group with its shape and its values, the last dimension fastest. Fails if one is unreadable.
+    pub fn columns(&self, group: &str) -> Result<Vec<(Variable, Vec<usize>, Vec<f64>)>, ResultError> {
+        let mut found = Vec::new();
+        for member in self.source.members(group)? {
+            let path = format!("{group}/{}", member.name);
+            let Some(info) = self.source.dataset(&path)? else {
+                continue;
+            };
+            let kind = match info.holds {
+                Holds::Integers(_) => StorageKind::Int64,
+                _ => StorageKind::Float64,
+            };
+            let variable = self.source.described(&path)?.variable(member.name, kind);
+            let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
+            let values = self.source.read(&path, &all)?;
+            found.push((variable, info.shape, values));
+        }
+        Ok(found)
+    }
+
+    /// Dimensions of a variable. Fails if there is no such variable.
+    pub fn shape(&self, variable: &str) -> Result<Vec<usize>, ResultError> {
+        self.dataset(variable).map(|info| info.shape)
+    }
+
+    pub(super) fn dataset(&self, variable: &str) -> Result<DatasetInfo, ResultError> {
+        self.source.dataset(variable)?.ok_or_else(|| self.missing(variable))
+    }
+
+    /// A whole variable as doubles, the last dimension fastest. Fails if it is missing or unreadable, or if it is in
+    /// a group and not as long as the group's other variables.
+    pub fn numbers(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
+        // The axes of a shard's grid are dimensions, each with its own length.
+        if let Some((group, name)) = variable.rsplit_once('/')
+            && group != AXES_GROUP
+        {
+            return self.source.table(group)?.column(name);
+        }
+        let info = self.dataset(variable)?;
+        let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
+        self.source.read(variable, &all)
+    }
+
+    /// Like [`Self::numbers`], with NaN instead of the fill value.
+    pub fn values(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
+        let mut values = self.numbers(variable)?;
+        if let Some(fill) = self.source.described(variable)?.count_fill() {
+            for value in values.iter_mut().filter(|value| **value == fill as f64) {
+                *value = f64::NAN;
+            }
+        }
+        Ok(values)
+    }
+
+    /// Codes of a variable with their meanings; none for numbers.
+    pub fn flags(&self, variable: &str) -> Vec<(i64, String)> {
+        self.source
+            .described(variable)
+            .map_or_else(|_| Vec::new(), |described| described.flags)
+    }
+
+    /// A numeric attribute of the file, or of a group (`meta/default_rtol`).
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
+        self.source.attribute(group, name).ok()??.number()
+    }
+
+    /// Whether a variable has integer values.
+    pub fn is_whole(&self, variable: &str) -> bool {
+        let described = self.source.described(variable);
+        described.is_ok_and(|described| described.count_fill().is_some())
+    }
+
+    /// Whether the points form a grid, whose axes are its dimensions.
+    pub fn is_grid(&self) -> bool {
+        !self.variables("/").iter().any(|name| name == POINT)
+    }
+
+    /// Failed points with their messages. Fails if they are unreadable.
+    pub fn failures(&self) -> Result<Vec<(u64, String)>, ResultError> {
+        let group = FAILURES.0;
+        let point = format!("{group}/{POINT}");
+        if self.source.dataset(&point)?.is_none() {
+            return Ok(Vec::new());
+        }
+        let numbers = self.numbers(&point)?;
+        let texts = self.source.texts(&format!("{group}/message"))?;
+        if texts.len() != numbers.len() {
+            return Err(uneven(&format!("{group}/message"), &[texts.len()], &[numbers.len()]).of(self.path()));
+        }
+        Ok(numbers.into_iter().map(|number| number as u64).zip(texts).collect())
+    }
+
+    pub(super) fn missing(&self, what: &str) -> ResultError {
+        self.source.missing(format!("variable {what}"))
+    }
+}
