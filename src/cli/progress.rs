@@ -43,7 +43,7 @@ impl Bar {
             self.0.reset();
         }
         self.share(time / end_time, || {
-            format!("oracle with {digits} digits: t = {time:.6} s of {end_time} s")
+            format!("exact solver with {digits} digits: t = {time:.6} s of {end_time} s")
         });
     }
 

@@ -197,7 +197,7 @@ impl<'a> Certify<'a> {
             interrupted: None,
         };
         if let Some(question) = self.oracle {
-            log::info!("the oracle begins");
+            log::info!("the exact solver begins");
             let mut progress = self.progress;
             let mut show = |now| {
                 if let Some(progress) = &mut progress {

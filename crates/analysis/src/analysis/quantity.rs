@@ -277,7 +277,7 @@ pub const QUANTITIES: [Quantity; 41] = [
     .about(QuantitySubject::Amplification)
     .computed()
     .listed(ListedIn::OfGrowth),
-    count("kicks_never_given", "kicks that the run did not come to", |s| {
+    count("kicks_never_given", "kicks after the end of the run", |s| {
         Some(s.kicks_never_given as f64)
     })
     .computed(),
@@ -300,13 +300,13 @@ pub const QUANTITIES: [Quantity; 41] = [
     .computed(),
     Quantity {
         flags: &MOTIONS,
-        ..count("motion", "what the motion comes to by the end of the run", motion)
+        ..count("motion", "attractor: the motion at the end of the run", motion)
     },
     count("event_count", "number of events", |s| Some(s.events as f64)),
     number(
         "attractor_period",
         "s",
-        "period of the motion that the run has come to, NaN where it does not repeat itself",
+        "period of the attractor, NaN where the motion does not repeat itself",
         |s| attractor(s, |a| a.period),
     )
     .listed(ListedIn::OfAttractors),

@@ -45,7 +45,7 @@ pub enum NotCertified {
     Cycle(#[from] CycleError),
     /// The corrections do not shrink.
     #[error(
-        "not certified: after {corrections} corrections by the oracle the last one is {ratio:.1e} of the one before, where the \
+        "not certified: after {corrections} corrections by the exact solver the last one is {ratio:.1e} of the one before, where the \
          derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
          double precision"
     )]
@@ -56,7 +56,7 @@ pub enum NotCertified {
         ratio: f64,
     },
     /// The oracle finds another sequence of events.
-    #[error("not certified: the oracle's motion has other events than the cycle ({found}, not {expected})")]
+    #[error("not certified: the exact solution has other events than the cycle ({found}, not {expected})")]
     OtherEvents {
         /// Events of the oracle's motion.
         found: String,
@@ -439,7 +439,7 @@ impl CycleCertificate {
             "s",
             "how far the decimal of the period can be off",
         );
-        let about = "decimal digits that the oracle computed with";
+        let about = "decimal digits that the exact solver computed with";
         number("digits_computed", f64::from(self.digits_computed), "1", about);
         number(
             "corrections",

@@ -192,7 +192,7 @@ fn reference(
                 let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, control)? else {
                     return Ok(None);
                 };
-                reference.description += &format!("; the oracle was not used: {why}");
+                reference.description += &format!("; the exact solver was not used: {why}");
                 reference
             }
         },
@@ -298,7 +298,7 @@ fn by_oracle(
         .unzip();
     Ok(Some(PrecisionReference {
         description: format!(
-            "the oracle with {} digits; its uncertainty is the distance of neighbouring doubles",
+            "the exact solver with {} digits; its uncertainty is the distance of neighbouring doubles",
             solution.digits_computed
         ),
         events,
