@@ -63,7 +63,7 @@ impl ContinuationFile {
             &input,
             INPUT_SETTINGS,
             &self.settings,
-            "what is set in it, KEY=VALUE in each line",
+            "overrides of the case, KEY=VALUE in each line",
         )?;
         write_attributes(&create_group(&file, schema::group::META)?, &self.meta)?;
         file.flush()

@@ -370,7 +370,7 @@ pub const QUANTITIES: [Quantity; 41] = [
     number(
         "stick_threshold",
         "rad s-1",
-        "speed below which a contact without stick counts as stuck; NaN of one that sticks",
+        "speed below which a contact without stick counts as stuck; NaN if the contact sticks",
         |s| s.stick_threshold,
     )
     .computed()
@@ -403,7 +403,7 @@ const OF_FILES: [Quantity; 6] = [
     number(
         "kick_above_noise",
         "1",
-        "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+        "e-folds by which the kick exceeds rounding at the first stick; negative: it has decayed below rounding",
         |s| s.kick_above_noise,
     )
     .listed(ListedIn::OfGrowth),

@@ -122,7 +122,7 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
 
 fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
     let (targets, results) = (|| study.targets.iter(), || calibration.targets.iter());
-    let half_width = "how far the quantity may lie from it, in the unit of the target";
+    let half_width = "half-width of the interval of the target, in its unit";
     let here = "of the run with the calibrated parameters, in the unit of the target";
     let nearest = "the least residual found anywhere in the ranges";
     let together = "the largest residual that is left if it is held with the others; only of those that contradict";
@@ -147,7 +147,7 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Fi
         FileColumn::numbers("together", "1", together, results().map(|result| result.together)),
         FileColumn::codes(
             "role",
-            "what became of the target",
+            "role of the target",
             results().map(|result| result.role as i8),
             Role::ALL.map(|role| (role as i64, role.name().to_owned())).into(),
         ),

@@ -94,7 +94,7 @@ fn branches(explored: &Explored) -> Addition {
     let multiples = all.iter().map(|branch| branch.multiple.map_or(-1, i64::from)).collect();
     counts(
         "multiple",
-        "periods of the drives in one of its cycles; -1: autonomous, or steady sliding",
+        "drive periods in one of its cycles; -1: autonomous, or steady sliding",
         multiples,
     );
     let parents = all
@@ -143,7 +143,7 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         all.iter().map(|one| one.0 as i64),
     ));
     add(numbers(&axis.name, unit, axis.description, &|point| point.value));
-    let about = "period of the cycle; at a Hopf point of those that are born; NaN of steady sliding";
+    let about = "period of the cycle; at a Hopf point of the cycles that are born; NaN for steady sliding";
     add(numbers("period", "s", about, &|point| point.period));
     let amplitude = |point: &BranchPoint| (point.position.1 - point.position.0) / 2.0;
     add(numbers(
@@ -171,7 +171,7 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     let words = flags(STABILITIES.map(CycleStability::name));
     add(FileColumn::codes(
         "stability",
-        "what becomes of small disturbances",
+        "stability: growth of small disturbances",
         stabilities,
         words,
     ));
@@ -184,12 +184,7 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     let mut words = vec![(-1, "none".to_owned())];
     words.extend(flags(Special::ALL.map(Special::name)));
     let specials = only().map(|point| point.special.map_or(-1, Special::code));
-    add(FileColumn::codes(
-        "special",
-        "what the point is special for",
-        specials,
-        words,
-    ));
+    add(FileColumn::codes("special", "kind of special point", specials, words));
     add(FileColumn::counts(
         "sticks",
         "sticks in a period",

@@ -468,11 +468,7 @@ impl CycleCertificate {
         );
         let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
         let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
-        group.text(
-            "kinds",
-            "what happens at the events, one in each line",
-            kinds.join("\n"),
-        );
+        group.text("kinds", "kinds of the events, one in each line", kinds.join("\n"));
         group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
         vec![group]
     }
