@@ -32,7 +32,7 @@ pub(super) struct Common {
     /// Print nothing but errors.
     #[arg(short, long, global = true, display_order = 101)]
     pub quiet: bool,
-    /// Print more about what the program does; give it twice for even more.
+    /// Print more details; twice for even more.
     #[arg(short, long, global = true, display_order = 102, action = ArgAction::Count)]
     pub verbose: u8,
     /// Progress bar: always, never, or auto (on a terminal).
@@ -129,7 +129,7 @@ pub(super) enum Command {
     Cycle(CycleOptions),
     /// Follow cycles and steady sliding as a parameter varies.
     Continue(ContinueOptions),
-    /// Compare methods and tolerances with a reference: error, work, time.
+    /// Compare methods and tolerances: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]

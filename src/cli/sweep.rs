@@ -124,7 +124,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
     }
     if let Some(count) = report.unfinished.filter(|count| *count > 0) {
         doubts.push(format!(
-            "{count} of {} runs end before their attractor is certain; raise output.end_time.",
+            "the runs of {count} of {} points end before their attractor is certain; raise output.end_time.",
             report.points
         ));
     }

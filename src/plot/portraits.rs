@@ -116,7 +116,7 @@ const MANY: usize = 60;
 
 pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, PlotError> {
     let samples = run.rows_in(window)?.len();
-    let few = || format!("it has {samples} samples, joined linearly; a smaller output.interval gives more");
+    let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
     Ok((samples < MANY).then(few))
 }
 
