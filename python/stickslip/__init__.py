@@ -3,9 +3,9 @@
     import stickslip
     run = stickslip.run("paper", {"friction.decay": "4.8 s/rad"})
     run.events["time"]            # s
-    run.trajectory["normal_force"]  # N; run.units says it
+    run.trajectory["normal_force"]  # N; see run.units
 
-All numbers are in SI and radians. What the columns are is in docs/result-file.md, the manual of the module in docs/python.md.
+All numbers are in SI and radians. The columns are described in docs/result-file.md, the module in docs/python.md.
 """
 
 import sys as _sys

@@ -10,7 +10,7 @@ import sysconfig
 
 
 def program() -> str | None:
-    """Where the program of this installation is, else the one on the path."""
+    """Path of this installation's program, or of the one on the search path."""
     name = "stickslip.exe" if os.name == "nt" else "stickslip"
     for folder in (sysconfig.get_path("scripts"), os.path.dirname(sys.executable)):
         path = os.path.join(folder, name)

@@ -1,4 +1,4 @@
-"""Branches of cycles and of steady sliding as a number varies, as a dataset."""
+"""Branches of cycles and of steady sliding as a parameter varies, as a dataset."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _name(group: str, name: str) -> str:
 
 
 def read_continuation(path: PathLike) -> xarray.Dataset:
-    """The points of the file of a continuation as a dataset, with the number that varies as a coordinate."""
+    """The points of a continuation's file as a dataset, with the varying parameter as a coordinate."""
     needs_xarray()
     import xarray
 
@@ -88,32 +88,32 @@ def continue_(
     replace: bool = False,
     resume: bool = False,
 ) -> xarray.Dataset:
-    """Follows branches of cycles and of steady sliding as a number of a case varies.
+    """Follows branches of cycles and of steady sliding as a parameter varies.
 
         branches = stickslip.continue_({"rotor.speed": {"from": 0.1, "to": 1.5}}, "belt-exponential", of=("steady", "cycle"))
         branches.isel(point=branches["branch"] == 0)["amplitude"]
 
-    The dataset has a value for each ``point``, with ``branch`` and the number that varies as coordinates; ``branch_what``,
+    The dataset has a value for each ``point``, with ``branch`` and the varying parameter as coordinates; ``branch_what``,
     ``branch_end`` and others for each of the ``branches``; and ``curve_...`` for each ``curve_point`` of special points in two
-    numbers. Multipliers are in ``multiplier_real`` and ``multiplier_imaginary``; codes have ``flag_meanings``.
+    parameters. Multipliers are in ``multiplier_real`` and ``multiplier_imaginary``; codes have ``flag_meanings``.
 
     :param study: a dotted key of the case with its range, ``{"from": ..., "to": ...}``, and a second one for ``curves``; or the name
         of a built-in study, the path of a study file, or its TOML text.
-    :param case: of a range, the base case, as :func:`run` takes it; where the number has its value there, branches start.
+    :param case: base case of a range, as :func:`run` takes it. Branches start at its value of the parameter.
     :param overrides: keys set in the base case.
-    :param of: what is followed: ``"cycle"``, ``"steady"``, or both.
+    :param of: motions to follow: ``"cycle"``, ``"steady"``, or both.
     :param start: ``"end"`` looks for the first cycle from the end of the run, ``"initial"`` from the initial state of the case.
-    :param period: of the first cycle, s, about.
-    :param periods: of the drives, or turns, in a period of the first cycle.
+    :param period: approximate period of the first cycle, s.
+    :param periods: length of the first cycle in drive periods, or in turns.
     :param direction: ``"both"``, ``"up"`` or ``"down"``.
-    :param points: of a branch in one direction, at most.
+    :param points: largest number of points of a branch in one direction.
     :param step: the longest step, as a share of the range.
     :param follow: kinds of special points whose branches are followed: ``"hopf"``, ``"flip"``.
-    :param curves: kinds of special points that are followed in two numbers.
+    :param curves: kinds of special points that are followed in two parameters.
     :param output: the file, which :func:`open` opens again; without it none is kept.
     :param replace: replace any file there, and start anew.
-    :param resume: go on with what an interrupted continuation into ``output`` has left.
-    :raises InputError: a study that is none.
+    :param resume: continue an interrupted continuation into ``output``.
+    :raises InputError: an invalid study.
     :raises RunError: no first cycle was found.
     """
     needs_xarray()

@@ -1,4 +1,4 @@
-"""Cases: what is given as one, and what it becomes."""
+"""Cases and their sources."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def source(case: CaseLike) -> tuple[str, str]:
-    """What kind of source a case has, and its text."""
+    """Kind of a case's source, and its text."""
     if isinstance(case, Mapping):
         return "text", "".join(f"{json.dumps(str(k))} = {toml(v, str(k))}\n" for k, v in case.items())
     if not isinstance(case, (str, os.PathLike)):

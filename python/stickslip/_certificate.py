@@ -46,11 +46,11 @@ def _as_of_a_run(row: dict[str, Any]) -> dict[str, Any]:
 
 
 class Certificate:
-    """What ``stickslip certify`` finds out about a run. ``print(certificate)`` shows its report.
+    """The certificate of a run by ``stickslip certify``. ``print(certificate)`` shows its report.
 
-    :ivar document: all of it, as the dictionary that ``--json`` prints.
-    :ivar warnings: what it said on standard error.
-    :ivar shortfall: why it fell short of what was asked (``digits=``), or of converging; ``None`` if it did not.
+    :ivar document: the dictionary that ``--json`` prints.
+    :ivar warnings: its messages on standard error.
+    :ivar shortfall: why requested digits (``digits=``) were not met, or why it did not converge; ``None`` if all is met.
     :ivar run: the run with its certificate: ``run.events`` has ``time_uncertainty`` (s), and :meth:`Run.table` has
         ``"certificate"`` and ``"sensitivity"``.
     """
@@ -75,7 +75,7 @@ class Certificate:
     def events(self) -> NDArray[np.void]:
         """Every event: ``time`` (s), ``kind``, ``uncertainty`` (s, how far from the exact solution it can be; NaN unless it is
         converged), ``digits`` (significant decimal digits of the time that are true), ``verdict`` (in words), ``true_error`` (s,
-        own less exact; NaN without the oracle). Of a cycle, times count from the start of its period, and each is converged; every
+        own less exact; NaN without the exact solver). For a cycle, times count from the start of its period, and each is converged; every
         true digit is in ``document``."""
         rows = [_as_of_a_run(row) for row in self.document.get("events", [])]
 
@@ -111,7 +111,7 @@ class Certificate:
 
     @property
     def sensitivities(self) -> list[dict[str, Any]]:
-        """What each number of the case does to the events: key, unit, derivatives of the event times and more."""
+        """The effect of each parameter on the events: key, unit, derivatives of the event times and more."""
         found: list[dict[str, Any]] = self.document.get("sensitivity", [])
         return found
 
@@ -184,8 +184,8 @@ def certify(
     """Certifies a run: how far the time of every event can be from the exact solution of the stated model.
 
     :param what: a :class:`Run`, or a case that is run first, as :func:`run` takes it with ``overrides``.
-    :param digits: digits that every event has to have; one that has less is in ``certificate.shortfall``.
-    :param oracle: solve the case in multiple precision, too, and hold the run against that.
+    :param digits: digits required of every event; unmet ones are in ``certificate.shortfall``.
+    :param oracle: also run the exact solver (oracle), in multiple precision, and compare the run with its solution.
     :raises RunError: the run is not complete, or could not be certified.
     """
     if isinstance(what, Run) and overrides:

@@ -23,9 +23,9 @@ Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
 
 
 class Comparison:
-    """What ``stickslip compare`` finds. ``print(comparison)`` shows its report.
+    """The result of ``stickslip compare``. ``print(comparison)`` shows its report.
 
-    :ivar document: all of it, as the dictionary that ``--json`` prints for the candidate; its entries are attributes as well,
+    :ivar document: the dictionary that ``--json`` prints for the candidate; its entries are attributes as well,
         such as ``comparison.verdict`` or ``comparison.reference_events``.
     :ivar shortfalls: the requirements that were not met, in words.
     """
@@ -42,7 +42,7 @@ class Comparison:
 
     @property
     def causes(self) -> list[dict[str, Any]]:
-        """What explains the differences, the most fundamental first."""
+        """The causes that reproduce the differences, the most fundamental first."""
         return list(self.document["causes"])
 
     def __getattr__(self, name: str) -> Any:
@@ -129,11 +129,11 @@ def compare(
     :param events: events that the candidate states, instead of finding them by its relative velocity: columns ``time`` (s) and
         ``kind``, or a file.
     :param mapping: a mapping file, as ``--map``; ``columns`` are single ones, ``{"relative_velocity": "w:rpm"}``, of a file.
-    :param time_offset: what is added to the candidate's times, s or with a unit, or ``"auto"``.
+    :param time_offset: added to the candidate's times, s or with a unit; ``"auto"`` finds it.
     :param velocity_tolerance: a relative velocity up to this counts as zero, rad/s or with a unit.
     :param hysteresis: a stick ends where the relative velocity exceeds this many tolerances.
     :param max_wall_time: the search for causes ends after this wall time, s or with a unit; 10 min by default.
-    :param require: requirements such as ``"onset<1e-6"``; what was not met is in ``comparison.shortfalls``.
+    :param require: requirements such as ``"onset<1e-6"``; unmet ones are in ``comparison.shortfalls``.
     :raises InputError: a candidate that cannot be compared.
     """
     if candidate is not None and arrays:

@@ -23,7 +23,7 @@ from ._run import Run
 class Cycle:
     """A periodic motion. ``print(cycle)`` shows the report of ``stickslip cycle``.
 
-    :ivar document: all of it, as the dictionary that ``--json`` prints.
+    :ivar document: the dictionary that ``--json`` prints.
     :ivar run: the run over one period: ``run.trajectory``, ``run.events``, and ``run.at`` for the motion at any time.
     :ivar path: the file of that run; ``None`` if it was not kept.
     """
@@ -56,14 +56,14 @@ class Cycle:
 
     @property
     def amplitude(self) -> float:
-        """Half of what the position sweeps, rad (m in translation); NaN where the contact has no position."""
+        """Half of the range of the position, rad (m in translation); NaN where the contact has no position."""
         amplitude = self.document["amplitude"]
         return float("nan") if amplitude is None else float(amplitude)
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """By what small disturbances are multiplied in a period, the largest first. 1 along an autonomous motion leads; an exact 0
-        is that of a stick. :attr:`multiplier_kinds` says which is which."""
+        """Factors of small disturbances in a period, the largest first. 1 along an autonomous motion leads; a stick has an exact
+        0. :attr:`multiplier_kinds` says which is which."""
         found = self.document["multipliers"]
         return np.array([complex(one["real"], one["imaginary"]) for one in found], dtype=np.complex128)
 
@@ -114,15 +114,15 @@ def cycle(
         cycle.period, cycle.multipliers, cycle.stability
 
     :param case: as :func:`run` takes it; or the path of the file of a continuation, with ``branch`` and ``point``.
-    :param start: ``"end"`` starts from the end of the run of the case, ``"initial"`` from its initial state, as beside an unstable
+    :param start: ``"end"`` starts from the end of the run of the case, ``"initial"`` from its initial state, for an unstable
         cycle.
     :param period: look for a period of about this length, s.
-    :param periods: look for a period of so many periods of the drives, or turns of an autonomous motion.
-    :param branch: of the file of a continuation, the branch of the cycle.
+    :param periods: length of the cycle in drive periods, or in turns if nothing drives the system.
+    :param branch: with the file of a continuation, the branch of the cycle.
     :param point: its point on the branch, counted from 0.
     :param output: the result file of one period, which :func:`open` opens again; without it none is kept.
     :param replace: replace any file there.
-    :raises InputError: no case that has a periodic motion; no such branch or point.
+    :raises InputError: the case has no periodic motion; no such branch or point.
     :raises RunError: none was found; the text says what was tried.
     """
     if start not in ("end", "initial"):

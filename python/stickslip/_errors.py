@@ -14,15 +14,15 @@ class InputError(StickslipError, ValueError):
 
 
 class CaseError(InputError):
-    """A case that is none: every problem with its line and key."""
+    """An invalid case: every problem with its line and key."""
 
 
 class FileError(StickslipError, OSError):
-    """A file that is not there, is none of this program, is damaged, or cannot be written."""
+    """A file that is missing, damaged, of another program, or cannot be written."""
 
 
 class StickslipWarning(UserWarning):
-    """What a reader of the numbers of a run has to know, such as that its onset is rounding; also in ``run.warnings``."""
+    """A warning about a run, such as that its onset is amplified rounding; also in ``run.warnings``."""
 
 
 def needs_xarray() -> None:
@@ -36,7 +36,7 @@ def needs_xarray() -> None:
 class RunError(StickslipError, RuntimeError):
     """A computation that failed.
 
-    ``run`` is what was computed until then, where a run failed, else ``None``.
+    ``run`` is the run up to its failure; ``None`` if no run failed.
     """
 
     run: Any = None

@@ -13,7 +13,7 @@ from ._command import command
 
 
 class Modes:
-    """What ``stickslip modes`` finds. ``print(modes)`` shows its report; ``document`` is the dictionary of ``--json``."""
+    """The result of ``stickslip modes``. ``print(modes)`` shows its report; ``document`` is the dictionary of ``--json``."""
 
     def __init__(self, text: str, document: dict[str, Any]) -> None:
         self._text = text

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
     """Opens a file of the program: a result, certified or not, as a :class:`Run`; a sweep or a continuation as a dataset.
 
-    Columns are read when they are asked for.
+    Columns are read at their first use.
 
-    :raises FileError: no such file, none of this program, or damaged.
+    :raises FileError: a file that is missing, damaged, or of another program.
     """
     name = os.path.abspath(os.fspath(path))
     found = identity(name)

@@ -1,4 +1,4 @@
-"""A run: its events, its trajectory, and what it comes to."""
+"""A run: its events, its trajectory and its summary."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ class Table(Mapping[str, NDArray[Any]]):
 
     @property
     def descriptions(self) -> dict[str, str]:
-        """What each column is, with the symbol of the paper."""
+        """Description of each column, with the symbol of the paper."""
         return {name: column[2] for name, column in self._columns.items()}
 
     def flags(self, name: str) -> dict[int, str]:
-        """What the codes of a column mean; empty of one that has none."""
+        """Meaning of the codes of a column; empty if it has none."""
         return dict(self._columns[name][3])
 
     def dimensions(self) -> dict[str, str]:
@@ -128,7 +128,7 @@ class Run:
 
     @property
     def path(self) -> Path | None:
-        """The file that it was opened from; ``None`` of a run in memory."""
+        """The file that it was opened from; ``None`` for a run in memory."""
         path = self._native.path
         return None if path is None or self._owner is not None else Path(path)
 
@@ -144,10 +144,10 @@ class Run:
 
     @property
     def summary(self) -> dict[str, float | int | None]:
-        """What the run comes to: the attributes of /stick_slip in a result file, and the number of events.
+        """The summary: the attributes of /stick_slip in a result file, and the number of events.
 
-        ``onset_time``, ``final_stick_time``, the periods in s, ``stick_count``, ``growth_exponent`` and so on; ``None`` is what the
-        run does not have. The units are in :attr:`summary_units`.
+        ``onset_time``, ``final_stick_time``, the periods in s, ``stick_count``, ``growth_exponent`` and so on; ``None`` if the
+        run lacks it. The units are in :attr:`summary_units`.
         """
         found: dict[str, float | int | None] = {"events": self._native.event_count}
         for name, value, _, _ in self._native.quantities:
@@ -162,18 +162,18 @@ class Run:
 
     @property
     def report(self) -> dict[str, Any] | None:
-        """The ``summary`` of ``stickslip run --json``, with the work of the solvers; ``None`` of a run from a file."""
+        """The ``summary`` of ``stickslip run --json``, with the work of the solvers; ``None`` for a run from a file."""
         report = self._carried.get("report", self._native.report)
         return None if report is None else json.loads(report)
 
     @property
     def warnings(self) -> list[str]:
-        """What a reader of the numbers has to know; of a run from a file none, as files do not keep them."""
+        """Warnings about the run; none for a run from a file, as files do not keep them."""
         return list(self._carried.get("warnings", self._native.warnings))
 
     @property
     def witness(self) -> dict[str, Any] | None:
-        """What another method made of the case, if it was asked; of a run from a file its ``statement`` alone."""
+        """The reference check by another method, if it was made; for a run from a file only its ``statement``."""
         witness = self._carried.get("witness", self._native.witness)
         return None if witness is None else json.loads(witness)
 
@@ -226,8 +226,8 @@ class Run:
         """The events in order of time: a structured array with the columns of /events.
 
         ``time`` (s), ``kind`` and ``mode_after`` (in words, such as ``"stick"``), ``sense``, ``segment``, every state as
-        ``NAME_before`` and ``NAME_after``, ``internal_force`` (N); with a witness also ``witness_time`` (s),
-        of a certified run ``time_uncertainty`` (s).
+        ``NAME_before`` and ``NAME_after``, ``internal_force`` (N); with a reference check also ``witness_time`` (s),
+        for a certified run ``time_uncertainty`` (s).
         """
         if self._events is None:
             table = self.table("events")
@@ -332,7 +332,7 @@ class Run:
 
         It is the file that ``stickslip run`` writes (with ``witness=False`` that of ``--no-witness``), byte by byte but for
         /meta, whose ``command_line`` is that of this process, and ``history``. An earlier result of this program there is
-        replaced, any other file only with ``replace``. Of a run that did not come to its end it is the partial file,
+        replaced, any other file only with ``replace``. For an unfinished run it is the partial file,
         ``NAME.partial.h5``.
         """
         return Path(self._native.save(os.fspath(path), replace))
@@ -430,13 +430,12 @@ def run(
     :param rtol: the relative tolerance, ``solver.rtol``.
     :param end_time: s, or a text with a unit.
     :param dense: keep the motion between the samples, for :meth:`Run.at`.
-    :param witness: ask another method whether it finds the same events, as the program does; that is a second run. Where the
-        two do not agree, the run is made again with finer settings, if these help. By default it is asked unless the events are
-        kept alone.
-    :param trajectory: ``False`` keeps the events alone, which is several times faster: for many runs.
+    :param witness: make a reference check (witness), as the program does: a second run by another method. If the two do not
+        agree, the run is repeated with finer settings, if these help. By default it is made unless the events are kept alone.
+    :param trajectory: ``False`` keeps the events alone, which is several times faster, for many runs.
     :raises CaseError: with every problem of the case, its line and key.
-    :raises RunError: the run failed; ``error.run`` is what was computed.
-    :warns StickslipWarning: what a reader of the numbers has to know, such as that the onset is rounding.
+    :raises RunError: the run failed; ``error.run`` is the run up to the failure.
+    :warns StickslipWarning: a warning about the run, such as that its onset is amplified rounding.
     :raises KeyboardInterrupt: Ctrl-C ended the run.
     """
     kind, text = source(case)

@@ -116,21 +116,21 @@ def sweep(
 
     :param study: axes, each a dotted key of the case with its values, or with the range of a study file; or the name of a
         built-in study, the path of a study file, or its TOML text.
-    :param case: of axes, the base case, as :func:`run` takes it; the paper's without one.
+    :param case: base case of axes, as :func:`run` takes it; by default the paper's.
     :param overrides: keys set in the base case.
-    :param keep: of axes, ``{"events": True}`` to keep the events in ``output``.
-    :param sample: of axes, ``{"method": "sobol", "count": 64, "seed": 1}`` for points that are no grid.
-    :param jobs: threads; one for each processor without it.
+    :param keep: for axes, ``{"events": True}`` to keep the events in ``output``.
+    :param sample: for axes, ``{"method": "sobol", "count": 64, "seed": 1}`` for a sample instead of a grid.
+    :param jobs: threads; by default one for each processor.
     :param executor: runs the points in other processes, instead of threads of this one: an executor of
         :mod:`concurrent.futures`, of mpi4py.futures or of dask.distributed, whose workers have this module. The result is
         the same.
     :param output: the sweep file, which :func:`open` opens again; without it none is kept.
     :param replace: replace any file there, and start anew.
-    :param resume: go on with what an interrupted sweep into ``output`` has left; with nothing there it begins.
-    :param progress: ``True`` counts the points on standard error; a function is called with what is done, of how much, in the
-        thread that called this. An exception that it raises ends the sweep.
+    :param resume: continue an interrupted sweep into ``output``, or begin one.
+    :param progress: ``True`` counts the points on standard error; a function is called with the points done and their total, in
+        the thread that called this. An exception that it raises ends the sweep.
     :raises KeyboardInterrupt: Ctrl-C; with an ``output`` the points that are done are kept for ``resume=True``.
-    :raises InputError: a study that is none.
+    :raises InputError: an invalid study.
     :raises RunError: all points failed, or the executor did.
     """
     needs_xarray()

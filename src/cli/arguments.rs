@@ -32,7 +32,7 @@ pub(super) struct Common {
     /// Print nothing but errors.
     #[arg(short, long, global = true, display_order = 101)]
     pub quiet: bool,
-    /// Say more of what is going on; twice for even more.
+    /// Print more details; twice for even more.
     #[arg(short, long, global = true, display_order = 102, action = ArgAction::Count)]
     pub verbose: u8,
     /// Progress bar: always, never, or auto (on a terminal).
@@ -41,12 +41,12 @@ pub(super) struct Common {
     /// Print one JSON document on standard output.
     #[arg(long, global = true, display_order = 104)]
     pub json: bool,
-    /// Read what HDF5 files refer to in other files.
+    /// Follow links from HDF5 files to other files.
     #[arg(long, global = true, display_order = 105)]
     pub follow_external: bool,
 }
 
-/// What every run of a command may take.
+/// Limit of every run of a command.
 #[derive(Debug, Args)]
 pub(super) struct BudgetOptions {
     /// End a run after this wall time, s or with a unit [default: none].
@@ -102,17 +102,17 @@ pub(super) enum ProgressChoice {
 pub(super) enum Command {
     /// Integrate one case and store the run in HDF5.
     Run(RunOptions),
-    /// Say how many digits of a result are true.
+    /// State how many digits of a result are true.
     Certify(CertifyOptions),
     /// Compare results of any solver with a reference.
     Compare(CompareOptions),
-    /// Show what a result file holds.
+    /// List the contents of a result file.
     Inspect(InspectOptions),
-    /// Say whether a file of this program is as it was written.
+    /// Verify a result file: checksums and structure.
     Check(CheckOptions),
     /// Run a study: many cases, a map, a critical curve.
     Sweep(SweepOptions),
-    /// Put the shards of a sweep together.
+    /// Merge the shards of a sweep.
     Merge(MergeArguments),
     /// Find the parameters that reproduce measured numbers.
     Calibrate(CalibrateOptions),
@@ -127,14 +127,14 @@ pub(super) enum Command {
     Modes(ModesOptions),
     /// Find the periodic motion of a case, with its multipliers.
     Cycle(CycleOptions),
-    /// Follow cycles and steady sliding as a number of a case varies.
+    /// Follow cycles and steady sliding as a parameter varies.
     Continue(ContinueOptions),
-    /// Methods by tolerances against a reference: error, work, time.
+    /// Compare methods and tolerances: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
-    /// Print what makes a shell complete this program's words.
+    /// Print the completion script of a shell.
     Completions(CompletionsOptions),
     /// Write the manual pages, one for each command.
     Man(ManOptions),
@@ -182,10 +182,10 @@ pub(super) struct RunOptions {
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
-    /// Leave out the witness, a second run by another method.
+    /// Leave out the reference check (witness): a second run by another method.
     #[arg(long)]
     pub no_witness: bool,
-    /// Exit with 1 if there is a warning, or the witness differs.
+    /// Exit with 1 if there is a warning, or the reference check differs.
     #[arg(long)]
     pub strict: bool,
     #[command(flatten)]
@@ -203,7 +203,7 @@ pub(super) struct CompareOptions {
     /// Results to compare with it: result files, other HDF5, CSV or NPZ files, tables of events.
     #[arg(value_name = "CANDIDATE", required = true)]
     pub candidates: Vec<PathBuf>,
-    /// A TOML file that says which column is which channel, and in which unit.
+    /// A TOML file that assigns columns to channels, with units.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
     /// The same for one column, such as relative_velocity=w:rpm or time=t; may be repeated.
@@ -212,23 +212,23 @@ pub(super) struct CompareOptions {
     /// A table of the candidate's events, instead of finding them by the relative velocity.
     #[arg(long, value_name = "FILE")]
     pub events: Option<PathBuf>,
-    /// What is added to the candidate's times, s or with a unit; auto: what makes its events agree.
+    /// Add this to the candidate's times, s or with a unit; auto: find the shift that makes its events agree.
     #[arg(long, value_name = "T|auto", allow_hyphen_values = true)]
     pub time_offset: Option<String>,
-    /// A relative velocity up to this counts as zero, rad/s (m/s in translation) or with a unit [default: 1e-8; of a contact
+    /// A relative velocity up to this counts as zero, rad/s (m/s in translation) or with a unit [default: 1e-8; for a contact
     /// without stick friction.threshold].
     #[arg(long, value_name = "V")]
     pub velocity_tolerance: Option<String>,
     /// A stick ends where the relative velocity exceeds this many tolerances [default: 2].
     #[arg(long, value_name = "N")]
     pub hysteresis: Option<f64>,
-    /// The comparison alone: no causes are looked for.
+    /// Compare only; do not look for causes.
     #[arg(long)]
     pub quick: bool,
     /// End the search for the causes of a candidate after this wall time, s or with a unit [default: 10 min].
     #[arg(long, value_name = "T")]
     pub max_wall_time: Option<String>,
-    /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
+    /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if one is not met.
     #[arg(long, value_name = "METRIC<BOUND", add = requirements())]
     pub require: Vec<String>,
     /// Write a report, .html or .md.
@@ -247,13 +247,13 @@ pub(super) struct CertifyOptions {
     /// The result with its certificate [default: NAME.certified.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Digits that the time of every event has to have; exit status 1 if one has less.
+    /// Digits required in the time of every event; exit status 1 if one has fewer.
     #[arg(long, value_name = "N")]
     pub digits: Option<u32>,
     /// Exit with 1 if there is a warning.
     #[arg(long)]
     pub strict: bool,
-    /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
+    /// Also solve the case by the exact solver (oracle), in multiple precision, and compare the result with its solution.
     #[arg(long)]
     pub oracle: bool,
     /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG, PDF).
@@ -271,16 +271,16 @@ pub(super) struct CertifyOptions {
 
 #[derive(Debug, Args)]
 pub(super) struct SweepOptions {
-    /// A TOML file, or a built-in study; of a brake or of trains.
+    /// A TOML file, or a built-in study.
     #[arg(value_name = "STUDY", add = studies("sweep"))]
     pub study: String,
     /// Sweep file [default: STUDY.h5, or STUDY.shard-K-of-N.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Sweep the Kth of N parts of the study; slurm: the one of this task of a job array.
+    /// Sweep part K of N of the study; slurm: the part of this task of a job array.
     #[arg(long, value_name = "K/N|slurm", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Go on with what an interrupted sweep has left.
+    /// Continue an interrupted sweep.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Exit with 1 if a point failed or ended too early.
@@ -393,10 +393,10 @@ pub(super) struct ExportOptions {
     /// Evaluate the trajectory at the times of a table, s.
     #[arg(long, value_name = "CSV", conflicts_with = "benchmark")]
     pub at: Option<PathBuf>,
-    /// Write a folder to be used and cited by others.
+    /// Write a citable benchmark package, into a folder.
     #[arg(long)]
     pub benchmark: bool,
-    /// With --benchmark: who made it.
+    /// With --benchmark: its author.
     #[arg(long, value_name = "NAME", requires = "benchmark")]
     pub author: Option<String>,
     /// With --benchmark: SPDX identifier of its licence.
@@ -484,19 +484,19 @@ pub(super) struct CycleOptions {
     /// Result file with one period [default: CASE.cycle.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Of a file of branches: the cycle of a point of this one.
+    /// With a file of branches: the branch of the point.
     #[arg(long, value_name = "B", requires = "point", conflicts_with_all = ["from", "period", "periods"])]
     pub branch: Option<usize>,
-    /// Of a file of branches: this point of the branch.
+    /// With a file of branches: the point whose cycle is computed.
     #[arg(long, value_name = "K", requires = "branch")]
     pub point: Option<usize>,
-    /// Start from the end of the run (end) or from [initial] of the case (initial), as beside an unstable cycle.
+    /// Start from the end of the run (end) or from [initial] of the case (initial), for an unstable cycle.
     #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchFrom::End, hide_possible_values = true)]
     pub from: SearchFrom,
-    /// Look for a period of about this length, s or with a unit [default: what fits best].
+    /// Look for a period near this length, s or with a unit [default: the best fit].
     #[arg(long, value_name = "T", value_parser = duration, conflicts_with = "periods")]
     pub period: Option<f64>,
-    /// Look for a period of so many periods of the drives, or turns of an autonomous motion [default: what fits best].
+    /// Length of the cycle in drive periods, or in turns if nothing drives the system [default: the best fit].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=stickslip_analysis::cycle::LONGEST as i64))]
     pub periods: Option<u32>,
     /// Override a key, such as rotor.speed=0.3.
@@ -515,7 +515,7 @@ pub(super) struct ContinueOptions {
     /// Result file [default: STUDY.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Go on with what an interrupted continuation has left.
+    /// Continue an interrupted continuation.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     /// Override a key of the base case, such as stator.damping.0=2.
@@ -620,19 +620,19 @@ pub(super) struct PlotOptions {
     /// Draw variable B against variable A.
     #[arg(long, num_args = 2, value_names = ["A", "B"], add = channels())]
     pub phase: Vec<String>,
-    /// Of a sweep or branches: draw this; may be repeated.
+    /// With a sweep or branches: draw this; may be repeated.
     #[arg(long = "quantity", value_name = "NAME", add = quantities())]
     pub quantities: Vec<String>,
-    /// Of a sweep: the axes of a map, by key.
+    /// With a sweep: the axes of a map, by key.
     #[arg(long, num_args = 2, value_names = ["X", "Y"])]
     pub axes: Vec<String>,
-    /// Of a sweep: only points with this value.
+    /// With a sweep: only points with this value.
     #[arg(long, value_name = "AXIS=VALUE")]
     pub at: Vec<String>,
-    /// Start of a figure of one's own, s or with a unit.
+    /// Start time, s or with a unit (with --channel, --phase).
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// End of a figure of one's own, s or with a unit.
+    /// End time, s or with a unit (with --channel, --phase).
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// svg, png or pdf [default: SVG and PNG].
@@ -643,7 +643,7 @@ pub(super) struct PlotOptions {
     /// 85 is a column of a journal, 300 a screen.
     #[arg(long, value_name = "WIDTH", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
     pub width: f64,
-    /// Size of the letters, points.
+    /// Font size, points.
     ///
     /// Lines grow with them.
     #[arg(long, value_name = "SIZE", default_value_t = crate::plot::style::FONT_SIZE, value_parser = font_size)]
@@ -651,17 +651,15 @@ pub(super) struct PlotOptions {
     /// Leave out the title above the figure.
     #[arg(long)]
     pub no_title: bool,
-    /// Pixels of an inch in PNG.
+    /// Pixels per inch in PNG.
     #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
     pub dpi: f64,
-    /// Another solver's result, to be drawn beside.
+    /// Another solver's result, drawn with its error.
     ///
-    /// A result, other HDF5, CSV, NPZ, or a table of events; the error is drawn with it.
+    /// A result, other HDF5, CSV, NPZ, or a table of events.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "list", "x", "phase"])]
     pub candidate: Option<PathBuf>,
-    /// Which of its columns is which channel.
-    ///
-    /// A TOML file as of compare.
+    /// A TOML file that assigns its columns, as for compare.
     #[arg(long, value_name = "FILE", requires = "candidate")]
     pub map: Option<PathBuf>,
     /// The same for one; may be repeated.
@@ -749,7 +747,7 @@ pub(super) struct CompletionsOptions {
 
 #[derive(Debug, Args)]
 pub(super) struct ManOptions {
-    /// The folder for them, made if it does not exist.
+    /// Their folder, made if it does not exist.
     #[arg(value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     pub folder: PathBuf,
 }

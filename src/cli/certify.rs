@@ -45,11 +45,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     let (most, remedy) = match options.oracle {
         true => (
             of_oracle,
-            "the oracle computes with no more, of which the growth of perturbations takes some".to_owned(),
+            "the exact solver computes with no more, and the growth of perturbations takes some of them".to_owned(),
         ),
         false => (
             DIGITS_OF_DOUBLE,
-            format!("a double holds no more, and the oracle computes a table with up to {of_oracle}: add --oracle"),
+            format!("a double holds no more; for a table with up to {of_oracle} digits add --oracle, the exact solver"),
         ),
     };
     if let Some(digits) = options.digits.filter(|digits| !(1..=most).contains(digits)) {
@@ -63,7 +63,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;
     if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::input(
-            "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first",
+            "--set changes a case, not a result file: certify the case instead, or run it with --set first",
         ));
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
@@ -101,7 +101,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     if let Some(stage) = certified.interrupted {
         let (when, without) = match stage {
             Stage::Sensitivities => ("during the reruns for the sensitivities", "without these"),
-            Stage::Oracle => ("while the oracle computed", "without exact events"),
+            Stage::Oracle => ("while the exact solver computed", "without exact events"),
         };
         return interrupted(when, &format!("{kept} has the certificate, {without}"));
     }

@@ -22,7 +22,7 @@ pub(super) fn is_one(path: &Path) -> bool {
 pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if !options.set.is_empty() {
         return Err(CommandError::input(
-            "--set changes a case, but the file of a cycle is what it is: find the cycle of the changed case with stickslip cycle \
+            "--set changes a case, not the file of a cycle: find the cycle of the changed case with stickslip cycle \
              --set, and certify that",
         ));
     }
@@ -33,7 +33,7 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
     }
     if options.budget.is_given() {
         return Err(CommandError::input(
-            "--max-wall-time bounds runs, and the certificate of a cycle is made by the oracle; leave it out, or end the command by Ctrl-C",
+            "--max-wall-time bounds runs, and the exact solver makes the certificate of a cycle; leave it out, or end the command by Ctrl-C",
         ));
     }
     let digits = options.digits.unwrap_or(DIGITS);
@@ -64,7 +64,7 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
     let exact = Case::exact(&origin.source, &origin.changes)?;
     let certificate = match by_oracle(&family, &orbit, &exact, digits, origin.periods_before, &*stop) {
         Err(NotCertified::Cycle(CycleError::Interrupted) | NotCertified::Oracle(OracleError::Interrupted(_))) => {
-            return interrupted(common, " while the oracle computed; no certificate was written");
+            return interrupted(common, " while the exact solver computed; no certificate was written");
         }
         other => other.map_err(CommandError::computation)?,
     };
@@ -94,7 +94,7 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         let events = certificate.events.iter();
         rows.extend(events.map(|(time, kind)| vec![(*kind).to_owned(), time.decimal.clone(), bound(time.error, 1)]));
         format!(
-            "{}: the cycle is certified\n\n{}\noracle with {} digits; {} corrections, the last one {:.0e} of the one before\n{}\n",
+            "{}: the cycle is certified\n\n{}\nexact solver with {} digits; {} corrections, the last one {:.0e} of the one before\n{}\n",
             family.case().title,
             terminal::lines(&["", "s", "uncertainty, s"], rows, []),
             certificate.digits_computed,

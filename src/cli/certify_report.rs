@@ -91,7 +91,7 @@ impl Report<'_> {
         let solver = &self.certified.certificate.solver;
         let by = match &self.certified.exact {
             Some(exact) => format!(
-                "by the oracle, which computed with {} digits; {} are true of every event",
+                "by the exact solver (oracle), which computed with {} digits; {} are true of every event",
                 exact.digits_computed, exact.digits
             ),
             None => "by the ladder of methods alone".to_owned(),
@@ -114,7 +114,7 @@ impl Report<'_> {
             return "";
         }
         "\n(smooth): series alone follows smooth sliding itself, free of rounding, to its exact stop. Where the onset of the \
-         other methods is noise, that is the model without any deviation, and no witness for a run that has one."
+         other methods is noise, that is the model without any deviation, and no check of a run that has one."
     }
 
     fn events(&self) -> String {
@@ -202,8 +202,8 @@ impl Report<'_> {
         let rows = report.events.iter().enumerate().map(row);
         let table = terminal::lines(&["event", "exact time, s", "digits"], rows, [2]);
         format!(
-            "oracle: Taylor series with {} bits, {} steps, in {:.1} s with the shorter run that its digits are counted \
-             by; of every event {} digits or more are true\n\n{}",
+            "exact solver: Taylor series with {} bits, {} steps, in {:.1} s with the shorter run by which its digits are \
+             counted; at least {} digits of every event are true\n\n{}",
             report.bits,
             report.steps,
             exact.seconds,
@@ -480,10 +480,10 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
         FileColumn::numbers(name, unit, long_name, c.events.iter().map(of))
     };
     let columns = [
-        Some(codes("verdict", "what can be said of the event", |e| e.verdict)),
+        Some(codes("verdict", "verdict on the event", |e| e.verdict)),
         Some(codes(
             "ladder_verdict",
-            "what the ladder of methods alone says of the event",
+            "verdict on the event by the ladder of methods alone",
             |e| e.ladder_verdict,
         )),
         Some(numbers(
@@ -494,7 +494,7 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
         )),
         c.by_oracle.then(|| {
             let long_name =
-                "distance of the event from that of the oracle, own less exact; NaN: the oracle has none near it";
+                "distance of the event from the exact one, own less exact; NaN: the exact solution has none near it";
             numbers("true_error", "s", long_name, |e| missing(e.true_error))
         }),
         Some(numbers(
@@ -551,7 +551,7 @@ fn certificate(case: &Case, certified: &Certified) -> Addition {
 
     bands(case, c, &mut group);
     if let Some(exact) = &certified.exact {
-        let long_name = "exact events by the multiprecision oracle: time (s), kind, states (CSV)";
+        let long_name = "exact events in multiple precision: time (s), kind, states (CSV)";
         group.text("oracle", long_name, csv(case.words, exact));
     }
     group

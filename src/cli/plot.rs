@@ -129,7 +129,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
         }
         if options.candidate.is_some() {
             return refused(
-                "holds many runs, and --candidate is drawn beside the result of one; name that, or leave it out",
+                "holds many runs, and --candidate is drawn with the result of one; name that, or leave it out",
             );
         }
         if !(options.channels.is_empty() && options.phase.is_empty()) || options.from.is_some() || options.to.is_some()
@@ -142,7 +142,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
         return match &kind {
             StudyKind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
             StudyKind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
-                "branches, whose points lie on curves over one number; leave out --axes and --at, and choose with --quantity",
+                "branches, whose points lie on curves over one parameter; leave out --axes and --at, and choose with --quantity",
             ),
             StudyKind::Branches => Ok(Some(plot_studies::of_branches(
                 path,
@@ -172,14 +172,14 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
 fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<CommandEnd, CommandError> {
     let [file] = &options.files[..] else {
         return Err(CommandError::input(format!(
-            "--candidate is drawn beside one result, and {} files are given; name one, or leave out --candidate to draw \
+            "--candidate is drawn with one result, and {} files are given; name one, or leave out --candidate to draw \
              them over each other",
             options.files.len()
         )));
     };
     if options.channels.is_empty() && (options.from.is_some() || options.to.is_some()) {
         return Err(CommandError::input(
-            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME",
+            "--from and --to are for named channels; name what to draw with the candidate by --channel NAME",
         ));
     }
     let run = DrawnRun::open(file)?;
@@ -364,7 +364,7 @@ fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&CatalogueEntry]) -
     }
     if options.from.is_some() || options.to.is_some() {
         return Err(CommandError::input(
-            "--from and --to are for figures of one's own; the figures of the paper find their windows by the events. \
+            "--from and --to are for --channel and --phase; the figures of the paper find their windows by the events. \
              Name what to draw with --channel NAME or --phase A B",
         ));
     }

@@ -124,7 +124,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
     }
     if let Some(count) = report.unfinished.filter(|count| *count > 0) {
         doubts.push(format!(
-            "the runs of {count} of {} points end before it is certain what they come to; raise output.end_time.",
+            "the runs of {count} of {} points end before their attractor is certain; raise output.end_time.",
             report.points
         ));
     }
@@ -243,7 +243,7 @@ fn text_report(
             }
             false => {
                 " before the motion repeats itself or settles (motion is not-periodic, or stuck in a stick shorter than twice \
-                 the longest before it); a later output.end_time may show what it comes to\n"
+                 the longest before it); a later output.end_time may show the attractor\n"
             }
         };
     }

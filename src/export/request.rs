@@ -238,7 +238,7 @@ pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Res
     let file = reference.file();
     if request.table != Which::Trajectory {
         return Err(ExportError::Asked(format!(
-            "--rate, --interval and --at evaluate a trajectory at other times, and the rows of /{} are what they are; leave them out",
+            "--rate, --interval and --at evaluate a trajectory at other times, and /{} has rows of its own; leave them out",
             request.table.name()
         )));
     }

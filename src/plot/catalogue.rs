@@ -135,7 +135,7 @@ fn reason(name: &str, run: &DrawnRun) -> Option<&'static str> {
             "its rotor has no inertia and moves as it is driven"
         }
         PORTRAIT if stops => {
-            "it shows the motion that a run comes to, and this one slows down by itself to a stop; see phase-stick-slip-stator"
+            "it shows the attractor of a run, and this run slows down by itself to a stop; see phase-stick-slip-stator"
         }
         _ if of_axial_mode && !run.has_axial_mode() => {
             "it shows how an axial mode answers F(t), and here the normal force is given directly"

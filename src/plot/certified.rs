@@ -50,7 +50,7 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     curves.push(Curve::line("uncertainty of the time", BLUE, points).styled(style));
     if let Some(errors) = column(&group, "true_error") {
         let points = numbered(errors);
-        curves.push(Curve::line("true error, by the oracle", VERMILLION, points).styled(CurveStyle::OpenPoints));
+        curves.push(Curve::line("true error, by the exact solver", VERMILLION, points).styled(CurveStyle::OpenPoints));
     }
     let unconverged = (0..uncertainty.len()).filter(|&k| !uncertainty[k].is_finite());
     let unconverged = unconverged.map(|k| (k as f64, LEAST)).collect();

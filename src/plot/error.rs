@@ -37,7 +37,7 @@ pub enum PlotError {
         known: String,
     },
     #[error(
-        "{path}: has no \"{name}\" to be drawn beside the result; it has {known} (--column and --map name its columns)"
+        "{path}: has no \"{name}\" to be drawn with the result; it has {known} (--column and --map name its columns)"
     )]
     NotInCandidate { path: PathBuf, name: String, known: String },
     #[error("there is no figure \"{name}\"{hint}; there are {known}")]
@@ -48,7 +48,7 @@ pub enum PlotError {
     )]
     CriticalCurve { number: u32 },
     #[error(
-        "figure {number} of the paper: which picture that is, is not known here; --list says what can be drawn, with \
+        "figure {number} of the paper: it is not known which picture that is; --list says what can be drawn, with \
          the paper's number where it is known"
     )]
     UnknownNumber { number: u32 },

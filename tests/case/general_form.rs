@@ -714,7 +714,7 @@ fn case_trains_contacts_without_stick_are_complete() {
     insta::assert_snapshot!(refused(BRISTLES, "scale = 0.001", "scale = 0.001\ndecay = 3"), @r#"drive.toml:20: friction.decay: belongs to law "exponential", but the law is "lugre": remove it, or change friction.law"#);
     insta::assert_snapshot!(refused(BRISTLES, "high_speed = 0.1", "high_speed = 0"), @r#"drive.toml:18: friction.high_speed: must be greater than 0 with law "lugre": the bristles' rate is divided by it"#);
     insta::assert_snapshot!(refused(SMOOTH, "function = \"arctan\"", "function = \"atan\""), @r#"drive.toml:20: friction.regularisation.function: expected one of "tanh", "arctan", but got "atan"; did you mean "arctan"?"#);
-    insta::assert_snapshot!(refused(SMOOTH, "function = \"arctan\", ", ""), @r#"drive.toml:20: friction.regularisation.function: missing: smooth function of omega_r over eps in the place of its sign: no stick; write function = "tanh" or "arctan""#);
+    insta::assert_snapshot!(refused(SMOOTH, "function = \"arctan\", ", ""), @r#"drive.toml:20: friction.regularisation.function: missing: smooth function of omega_r/eps instead of its sign: no stick; write function = "tanh" or "arctan""#);
     insta::assert_snapshot!(refused(SMOOTH, ", speed = 1e-3", ""), @r#"drive.toml:20: friction.regularisation.speed: missing: eps, speed of the smooth function; write speed = a number in m/s or "1 mm/s""#);
     insta::assert_snapshot!(refused(SMOOTH, "speed = 1e-3", "speed = 0"), @r#"drive.toml:20: friction.regularisation.speed: must be greater than 0, but is 0.0"#);
     insta::assert_snapshot!(refused(SMOOTH, "speed = 1e-3", "speed = 1e-3, width = 3"), @r#"drive.toml:20: friction.regularisation.width: unknown key; [friction.regularisation] has function, speed"#);

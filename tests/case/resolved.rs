@@ -36,7 +36,7 @@ fn the_built_in_cases_survive_resolution() {
 fn regression_resolved_text_of_the_paper_case() {
     let case = built_in("paper", &[]);
     insta::assert_snapshot!(case.resolved(), @r#"
-title = "Two-disk brake, the paper's parameters in US units" # what the case is, for people
+title = "Two-disk brake, the paper's parameters in US units" # title of the case
 
 [axial]
 mass = 4.5359237 # m, the rotor mass [kg]
@@ -79,7 +79,7 @@ interval = 0.01 # sampling interval outside the windows [s]
 steps = false # whether every step of the integrator is recorded too
 
 [[perturbation]]
-kind = "kick" # what the perturbation is: a jump of the relative velocity
+kind = "kick" # kind of perturbation: a jump of the relative velocity
 time = 6.966 # when the kick comes: a time, or "instability" [s]
 relative_velocity = 1.3e-6 # delta, jump of omega_r, half on each surface [rad/s]
 

@@ -53,7 +53,7 @@ const TABLES: [(&str, &[&str]); 6] = [
         "runs",
         &["series", "cvode", "cvode-bdf", "erk", "esdirk", "paper", "rk4"],
     ),
-    ("truth", &["true to the oracle", "error bands", "sensitivities"]),
+    ("truth", &["true to the exact solution", "error bands", "sensitivities"]),
     (
         "stability",
         &["modes", "growth exponent", "kick at the instability", "one-sided test"],
@@ -156,7 +156,7 @@ impl Trial {
             .unwrap();
         let events = found["events"].as_array().unwrap();
         let converged = events.iter().filter(|event| event["verdict"] == "converged").count();
-        self.cell("true to the oracle", format!("{converged} of {}", events.len()));
+        self.cell("true to the exact solution", format!("{converged} of {}", events.len()));
         let bands = found["channels"].as_array().unwrap();
         let bands = bands.iter().filter(|channel| channel["band"].is_number()).count();
         self.cell("error bands", bands.to_string());

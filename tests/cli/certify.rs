@@ -409,7 +409,7 @@ fn cli_certify_by_the_oracle_where_it_can() {
     assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
     says(
         &stdout,
-        "by the oracle & 9.295999525480154883358229545972 & cvode-adams & agreeing &
+        "by the exact solver & 9.295999525480154883358229545972 & cvode-adams & agreeing &
          what moves the period of the attractor & friction.breakaway, 1 & stator_speed_0       m s-1",
     );
     // The same from a file, as a JSON document.

@@ -14,7 +14,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     says(
         &stdout,
         "the event sequences agree & the surface of the rotor on its shaft & sticks in a period & rad/s &
-         a cycle & not compared: final_stick",
+         per cycle & not compared: final_stick",
     );
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
     says(&page, &["matched events", "rotor_twist"]);
@@ -129,7 +129,7 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
         reference["description"]
             .as_str()
             .unwrap()
-            .starts_with("the oracle with"),
+            .starts_with("the exact solver with"),
         "{reference}"
     );
     assert_eq!(reference["events"], 5);

@@ -479,10 +479,13 @@ fn cli_run_has_a_witness() {
     };
     let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
     assert_eq!(stderr, "");
-    let lines: Vec<&str> = stdout.lines().filter(|line| line.starts_with("witness ")).collect();
+    let lines: Vec<&str> = stdout
+        .lines()
+        .filter(|line| line.starts_with("reference check "))
+        .collect();
     let [line] = lines[..] else { panic!("{stdout}") };
     assert!(
-        line.starts_with("witness series: the same 95 events, all within "),
+        line.starts_with("reference check by series: the same 95 contact events, all within "),
         "{line}"
     );
     assert_eq!(attribute("statement").unwrap().as_str(), line);
@@ -503,7 +506,7 @@ fn cli_run_has_a_witness() {
     assert!(own != other);
 
     let stdout = folder.ok("run --no-witness");
-    assert!(!stdout.contains("witness"), "{stdout}");
+    assert!(!stdout.contains("reference check"), "{stdout}");
     assert!(attribute("statement").is_none());
     assert!(folder.result("paper.h5").event_column("witness_time").is_err());
     let stdout = folder.ok("run --no-witness --json");
@@ -539,7 +542,7 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
     let (witness, repeated) = (&said["witness"], said["witness"]["repeated"].as_str().unwrap());
     says(
         repeated,
-        "repeated with solver.rtol=1e-10 & at first: witness series: 5 events for 5; number 5 & s away",
+        "repeated with solver.rtol=1e-10 & at first: reference check by series: 5 events for 5; number 5 & s away",
     );
     assert_eq!(
         (&said["rtol"], &said["warnings"]),
@@ -592,9 +595,9 @@ fn cli_run_witnesses_differ_where_they_must() {
     // A single event is named in the singular.
     for [end, words] in rows(
         "
-        0.1  | witness series: no event either
-        0.21 | witness series: the same event, within
-        1    | witness series: the same 3 events, all within
+        0.1  | reference check by series: no contact event either
+        0.21 | reference check by series: the same contact event, within
+        1    | reference check by series: the same 3 contact events, all within
     ",
     ) {
         let said = witness(&format!("belt-coulomb --set output.end_time={end}"));
@@ -633,7 +636,7 @@ fn cli_run_leaves_a_long_witness_out() {
     assert_eq!(said["testimony"], "left-out", "{said}");
     assert_eq!(
         said["statement"],
-        "witness cvode: left out, as it takes more than a second"
+        "reference check by cvode: left out, as it takes more than a second"
     );
     // It was not started, so that it has no events.
     assert_eq!(said["events"], 0, "{said}");

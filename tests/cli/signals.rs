@@ -168,7 +168,7 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     );
     let mut stderr = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
-    while !line.contains("the oracle begins") {
+    while !line.contains("the exact solver begins") {
         line.clear();
         assert!(stderr.read_line(&mut line).unwrap() > 0, "it ended before");
     }
@@ -178,7 +178,7 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     stderr.read_to_string(&mut rest).unwrap();
     assert_eq!(output.status.code(), Some(130), "{rest}");
     let words =
-        "interrupted while the oracle computed; paper-si.certified.h5 has the certificate, without exact events";
+        "interrupted while the exact solver computed; paper-si.certified.h5 has the certificate, without exact events";
     assert!(rest.contains(words), "{rest}");
     assert_eq!(folder.names(), ["paper-si.certified.h5"]);
     let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();

@@ -21,7 +21,7 @@ pub(crate) fn text_of(source: impl Read) -> io::Result<Result<String, Option<usi
     source.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LARGEST_TEXT {
         let largest = LARGEST_TEXT >> 20;
-        let what = format!("it is larger than {largest} MB, which no such file is; check the name");
+        let what = format!("it is larger than {largest} MB; check the name");
         return Err(io::Error::new(ErrorKind::FileTooLarge, what));
     }
     Ok(String::from_utf8(bytes).map_err(|error| {

@@ -468,10 +468,10 @@ const fn of_law(default: &'static str) -> Presence {
 
 keys! { |case, index|
     "title", Both, Default("the name of the case"), Text => [at(&mut case.title)],
-        "what the case is, for people";
+        "title of the case";
     "motion", General, Default("\"rotation\""), Word(|| vec!["rotation", "translation"])
         => [said(Some(case.motion().name()).filter(|&name| name != "rotation"))],
-        "what the coordinates are: angles or positions";
+        "kind of coordinates: angles or positions";
     "rotor.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut case.system.rotor.inertia)],
         "moments of inertia from the contact outwards, the surface first; none if the surface is itself the far end";
     "rotor.stiffness", General, Default("[] where there is no shaft"), List(D::TorsionalStiffness, Positive)
@@ -589,7 +589,7 @@ keys! { |case, index|
         "|omega_r| below which statistics count a stick, of a contact without one";
     "friction.regularisation.function", General, Default("none: stick and slip"), Word(|| names(SMOOTHINGS))
         => regularisation(case).map(|smooth| word(&mut smooth.function, SMOOTHINGS)),
-        "smooth function of omega_r over eps in the place of its sign: no stick";
+        "smooth function of omega_r/eps instead of its sign: no stick";
     "friction.regularisation.speed", General, Default("none: required of a regularisation"),
         Number(D::AngularVelocity, Positive) => regularisation(case).map(|smooth| at(&mut smooth.speed)),
         "eps, speed of the smooth function";
@@ -607,7 +607,7 @@ keys! { |case, index|
         => [at(&mut case.system.initial.stator_speed)],
         "speed of each inertia of the stator";
     "perturbation[].kind", Both, Default("kick"), Word(|| vec![KICK]) => [said(Some(KICK))],
-        "what the perturbation is: a jump of the relative velocity";
+        "kind of perturbation: a jump of the relative velocity";
     "perturbation[].time", Both, Required, Moment => case.system.kicks.get_mut(index).map(|kick| at(&mut kick.time)),
         "when the kick comes: a time, or \"instability\"";
     "perturbation[].relative_velocity", Both, Required, Number(D::AngularVelocity, Any)
@@ -642,7 +642,7 @@ keys! { |case, index|
         "length of every step, without control of the error; for erk and erk-NAME";
     "solver.step", Both, Presence::Method("rk4"), Number(D::Time, Positive)
         => (case.solver.method == Method::Rk4).then_some(at(&mut case.solver.fixed_step)),
-        "length of every step of method \"rk4\", which has no control of the error";
+        "length of every step of method \"rk4\", without control of the error";
     "solver.max_events", Both, Default("100000"), Count => [at(&mut case.solver.max_events)],
         "transitions after which a run is ended with an error";
     "solver.max_steps", Both, Default("none, but a run that foresees 3e7 steps in a segment is ended"), Count
@@ -665,7 +665,7 @@ keys! { |case, index|
         "which events have dense samples around them: all, those of the stick-slip, the first stick, or none";
     "output.margin", Both, Default("20 natural periods"), Number(D::Time, Positive)
         => [at(&mut case.output.follow.margin)],
-        "how far before and after each of these events the dense samples reach";
+        "time before and after each of these events with dense samples";
     "output.samples_per_period", Both, Default("100"), Number(D::Number, Positive)
         => [at(&mut case.output.follow.samples_per_period)],
         "dense samples in a natural period";

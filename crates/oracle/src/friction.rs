@@ -197,7 +197,7 @@ impl<const N: usize> ExactFriction<N> {
                 let [a, b, c, d] = ["low_speed", "linear", "quadratic", "cubic"].map(of);
                 return ExactFriction::cubic(radius, &zero, [&a, &b, &c, &d]);
             }
-            other => panic!("the oracle has no friction law \"{other}\""),
+            other => panic!("the exact solver has no friction law \"{other}\""),
         };
         ExactFriction {
             constant: number(&constant),

@@ -173,7 +173,7 @@ impl Default for OracleOptions {
 pub enum OracleError {
     /// The requested precision is outside [`DIGITS`].
     #[error(
-        "the oracle computes with {least} to {most} digits, but {asked} would be needed. Ask for fewer (--digits), or set a \
+        "the exact solver computes with {least} to {most} digits, but {asked} would be needed. Ask for fewer (--digits), or set a \
          [[perturbation]]: it ends the growth that takes digits at the first stick",
         least = DIGITS.start(),
         most = DIGITS.end()
@@ -184,7 +184,7 @@ pub enum OracleError {
     },
     /// The estimated time exceeds the limit.
     #[error(
-        "the oracle, with {digits} digits now, would take about {}, and is allowed {}. Allow it more (--max-wall-time), ask \
+        "the exact solver, with {digits} digits now, would take about {}, and is allowed {}. Allow it more (--max-wall-time), ask \
          for fewer digits (--digits), end the run earlier (output.end_time), or set a larger [[perturbation]], which ends the growth \
          that takes digits earlier",
         lasting(*seconds),
@@ -200,7 +200,7 @@ pub enum OracleError {
     },
     /// The events differ between all precisions.
     #[error(
-        "with {digits} digits, the most that the oracle computes with, the events are still decided by rounding. Set a \
+        "with {digits} digits, the most that the exact solver computes with, the events are still decided by rounding. Set a \
          [[perturbation]]: it ends the growth at the first stick"
     )]
     Unsettled {
@@ -209,12 +209,12 @@ pub enum OracleError {
     },
     /// The case asks for one of the paper's own breakaway tests.
     #[error(
-        "the oracle knows the exact constraint torque only, but the case asks for another breakaway test; set \
+        "the exact solver knows the exact constraint torque only, but the case asks for another breakaway test; set \
          contact.breakaway_test = \"transmitted\""
     )]
     BreakawayTest,
     /// The event budget is used up.
-    #[error("the oracle's event budget of {budget} is used up at t = {time:.12} s; raise solver.max_events")]
+    #[error("the exact solver's event budget of {budget} is used up at t = {time:.12} s; raise solver.max_events")]
     TooManyEvents {
         /// Time, s.
         time: f64,
@@ -233,7 +233,7 @@ pub enum OracleError {
         what: &'static str,
     },
     /// Even the shortest steps are inaccurate.
-    #[error("the oracle's steps vanish at t = {0:.12} s: the state grows without bounds there")]
+    #[error("the exact solver's steps vanish at t = {0:.12} s: the state grows without bounds there")]
     StepVanishes(f64),
     /// The sliding speed has reached the end of the friction law.
     #[error(
@@ -242,7 +242,7 @@ pub enum OracleError {
     )]
     BeyondLaw(f64),
     /// `control` returned `Break`.
-    #[error("the oracle was interrupted at t = {0:.6} s")]
+    #[error("the exact solver was interrupted at t = {0:.6} s")]
     Interrupted(f64),
 }
 

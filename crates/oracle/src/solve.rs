@@ -159,14 +159,16 @@ pub fn solve(
                             seconds: clock.elapsed().as_secs_f64(),
                         });
                     }
-                    log::debug!("the oracle: {digits_computed} digits leave {digits} of the events");
+                    log::debug!("the exact solver: {digits_computed} digits leave {digits} of the events");
                     (Ok(fine), digits_computed + request.digits - digits)
                 }
                 None => (Ok(fine), digits_computed + digits_computed / 2),
             },
             (_, fine) => (fine, digits_computed + digits_computed / 2),
         };
-        log::info!("the oracle needs more than {digits_computed} digits: a deviation grows by more than expected");
+        log::info!(
+            "the exact solver needs more than {digits_computed} digits: a deviation grows by more than expected"
+        );
         let beyond = words_beyond(fine_words).ok_or(OracleError::Unsettled {
             digits: digits_computed,
         })?;
@@ -224,11 +226,11 @@ fn attempt(
                 };
                 log::log!(
                     level,
-                    "the oracle computes with {digits} digits, which takes about {whole:.0} s"
+                    "the exact solver computes with {digits} digits, which takes about {whole:.0} s"
                 );
             }
         }
-        let what = format_args!("oracle with {digits} digits: t = {time:.6} s of {end_time} s");
+        let what = format_args!("exact solver with {digits} digits: t = {time:.6} s of {end_time} s");
         watch.at(time, end_time, what)
     });
     match too_long {

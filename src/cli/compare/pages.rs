@@ -194,14 +194,14 @@ fn numbers(found: &stickslip_compare::OtherParameters) -> ReportTable {
     };
     let header = ["number", "reference", "candidate", "error", "unit"];
     let rows = found.numbers.iter().chain(&found.or).map(row);
-    ReportTable::new("numbers of the case that it has otherwise", 1, &header, rows)
+    ReportTable::new("parameters with another value", 1, &header, rows)
 }
 
 fn resolution(c: &Comparison) -> Option<String> {
     let r = c.resolution.as_ref()?;
     let mut text = format!("its times are {}, {:.1e} s apart at {} s", r.of, r.seconds, short(r.at));
     if r.event_error > 0.0 {
-        text += &format!(": errors of events up to {:.1e} s are those of the file", r.event_error);
+        text += &format!(": errors of events up to {:.1e} s come from the file", r.event_error);
     }
     if r.repeated > 0 {
         text += &format!(
@@ -251,15 +251,20 @@ fn impulse_notes(c: &Comparison) -> Vec<String> {
 fn growth(cycles: &stickslip_compare::CycleErrors) -> String {
     let of = format!("{} matched {}s", cycles.cycles, cycles.of);
     if !cycles.drifts {
+        let same = 0.01 * cycles.largest;
+        if cycles.scatter < same && (cycles.last - cycles.first).abs() < same {
+            let side = if cycles.first < 0.0 { "early" } else { "late" };
+            return format!("{of}, constant error: each is {:.2e} s {side}", cycles.first.abs());
+        }
         return format!(
-            "{of}, no drift: the largest error is {:.2e} s, of event {} at {:.6} s; the others are within {:.2e} s",
+            "{of}, no drift: the largest error is {:.2e} s, of event {} at {:.6} s; all others are at most {:.2e} s",
             cycles.largest, cycles.largest_position, cycles.largest_at, cycles.others
         );
     }
     format!(
-        "{of}: the error grows from {:.2e} to {:.2e} s, by {:.2e} +- {:.0e} s a cycle ({:.1e} of its duration), with a scatter of \
-         {:.1e} s",
-        cycles.first, cycles.last, cycles.per_cycle, cycles.uncertainty, cycles.relative, cycles.scatter
+        "{of}: the error drifts by {:.2e} +- {:.0e} s per cycle ({:.1e} of its duration), from {:.2e} to {:.2e} s, with a scatter \
+         of {:.1e} s",
+        cycles.per_cycle, cycles.uncertainty, cycles.relative, cycles.first, cycles.last, cycles.scatter
     )
 }
 
@@ -323,17 +328,21 @@ fn hysteresis(c: &Comparison) -> Option<String> {
     let (effect, detection) = (c.hysteresis.as_ref()?, c.detection.as_ref()?);
     let more = if effect.chatters { " or more" } else { "" };
     let mut text = format!(
-        "the hysteresis of {}, against a single threshold of {:.0e} {}: ",
+        "check of the hysteresis ({} against a single threshold of {:.0e} {}): ",
         detection.hysteresis, effect.stick_begins, c.velocity_unit
     );
     text += &match effect.events_without == effect.events {
-        true => "as many events".to_owned(),
+        true => "the same number of events".to_owned(),
         false => format!("{} events instead of {}{more}", effect.events, effect.events_without),
     };
     if let (Some(later), Some(largest)) = (effect.slips_later, effect.largest) {
         text += &match largest {
             0.0 => ", slips at the same times".to_owned(),
-            _ => format!(", slips later by {later:.1e} s (median; at most {largest:.1e} s)"),
+            _ => {
+                let side = if later < 0.0 { "earlier" } else { "later" };
+                let later = later.abs();
+                format!(", slips begin {later:.1e} s {side} (median; at most {largest:.1e} s)")
+            }
         };
     }
     Some(text)
@@ -356,7 +365,7 @@ fn statistics(c: &Comparison) -> ReportTable {
         (_, unit, Some(error)) => format!("{error:.2e} {unit}"),
     };
     let mut rows = vec![vec![
-        "events".to_owned(),
+        "contact events".to_owned(),
         c.reference_events.to_string(),
         c.candidate_events.to_string(),
         format!("{} missing, {} spurious", c.missing, c.spurious),

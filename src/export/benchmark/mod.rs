@@ -145,7 +145,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
     let path = file.path().display();
     if !of_events.iter().any(|(column, _)| column.name == TIME_UNCERTAINTY) {
         return Err(ExportError::Asked(format!(
-            "{path}: it has no certificate, and a benchmark states how far its events can be trusted; make one with stickslip \
+            "{path}: it has no certificate, and a benchmark needs one; make it with stickslip \
              certify {path} -o NAME.h5, and export that"
         )));
     }
@@ -161,7 +161,7 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
             remedy
         };
         return Err(ExportError::Asked(format!(
-            "{path}: none of its events is certain by its certificate, so that nothing can be held against it; {remedy}"
+            "{path}: none of its events is certain by its certificate, so nothing can be compared with it; {remedy}"
         )));
     }
     let of_meta =
@@ -274,7 +274,7 @@ fn fill(
     if about.example {
         package.text(
             "example.py",
-            "Repeats the stick-slip by SciPy alone, and holds it against events.csv",
+            "Repeats the stick-slip by SciPy alone, and compares it with events.csv",
             "text/x-python",
             pages::EXAMPLE,
         )?;

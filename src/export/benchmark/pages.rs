@@ -108,7 +108,7 @@ pub(super) fn readme(about: &About, resources: &[Resource]) -> String {
     let uncertain = match about.events - about.certain {
         0 => String::new(),
         count => format!(
-            " Of {count} events nothing is certain (time_uncertainty is NaN, and verdict says why): hold nothing against those."
+            " {count} events are not certain (time_uncertainty is NaN, and verdict says why): compare nothing with them."
         ),
     };
     let example = if about.example {
@@ -148,11 +148,11 @@ A benchmark for solvers of motions with dry friction: a reference run whose {eve
 
 ## How to use it
 
-1. Implement [equations.md](equations.md) with the numbers of [parameters.json](parameters.json), which are SI. [case.toml](case.toml) has \
-them as they were given, with their own units.
-2. Hold the kinds of your events, in their order, against the column `kind` of [events.csv](events.csv). Those of the kinds kick, \
-corner, destabilised and restabilised are information, and no part of that sequence.
-3. Hold their times against `time`. A difference below `time_uncertainty` is none.
+1. Implement [equations.md](equations.md) with the values in [parameters.json](parameters.json), which are SI. \
+[case.toml](case.toml) has them as they were given, with their units.
+2. Compare the kinds of your events, in their order, with the column `kind` of [events.csv](events.csv). Leave out kick, corner, \
+destabilised and restabilised: they are information, not part of the sequence.
+3. Compare their times with `time`. A difference below `time_uncertainty` is no error.
 4. Between events compare the states with [samples.csv](samples.csv). A sample near an event may lie on its other side in your run.
 5. A parameter that is off by d moves an event by d times its `time_sensitivity` in sensitivities.csv, if there is one: what a \
 difference of times may come from.
@@ -164,7 +164,7 @@ NaN stands for what is not known.
 > {author} ({year}). {title}: a certified reference run of friction-induced vibration. Computed with {program}, method {method}, \
 {run}.
 
-Name the SHA-256 digest of events.csv beside it, which says which numbers are meant: `{digest}`.{references}
+Also name the SHA-256 digest of events.csv, which identifies the numbers: `{digest}`.{references}
 
 {license}
 ",

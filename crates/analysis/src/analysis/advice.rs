@@ -37,8 +37,8 @@ pub fn remedy(certificate: &Certificate) -> String {
             "too many runs of the ladder failed to tell: where they were out of time, allow more (--max-wall-time)".to_owned()
         }
         Verdict::SequenceDiffers if certificate.others_agree => format!(
-            "independent methods agree with each other, and not with this result: its own method or tolerance is too \
-             coarse. {}",
+            "independent methods agree with each other but not with this result: its method or tolerance is too coarse. \
+             {}",
             finer(&certificate.solver)
         ),
         // The ladder's runs already have each method's finest tolerance.
@@ -73,7 +73,7 @@ pub fn shortfall(
         return Some(format!("{digits} digits were asked for, but {contradiction}"));
     }
     if let Some(solution) = solution.filter(|solution| solution.digits >= digits && digits > DIGITS_OF_DOUBLE) {
-        log::info!("the oracle's events have {} digits", solution.digits);
+        log::info!("the exact solution has {} digits", solution.digits);
         return None;
     }
     let least = certificate.least_digits()?;
@@ -117,7 +117,7 @@ pub fn shortfall(
     }
     let others = match tried.iter().max_by_key(|(_, reached)| *reached) {
         Some((setting, reached)) if *reached > least => {
-            format!("nothing that was tried has so many; the most is {reached}, with {setting}")
+            format!("no setting that was tried has as many; the most is {reached}, with {setting}")
         }
         _ => {
             let names: Vec<&str> = tried.iter().map(|(setting, _)| setting.as_str()).collect();

@@ -189,7 +189,7 @@ impl<'a> Certify<'a> {
             interrupted: None,
         };
         if let Some(question) = self.oracle {
-            log::info!("the oracle begins");
+            log::info!("the exact solver begins");
             let left = deadline.limit(None).map(Duration::try_from_secs_f64);
             let longest = left
                 .and_then(Result::ok)

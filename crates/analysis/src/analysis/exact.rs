@@ -228,13 +228,13 @@ fn contradiction(
         let lost = claims().find(|(event, partner)| partner.is_none() && event.ladder_verdict == Verdict::Converged);
         let place = lost.map_or_else(String::new, |(event, _)| {
             format!(
-                "; the first that it has not is the {} at t = {:.12} s",
+                "; the first that it lacks is the {} at t = {:.12} s",
                 event.kind, event.time
             )
         });
         return Some(format!(
-            "the methods agree on a sequence of events that the oracle contradicts: of {word} events it has {}, and {missing} \
-             more{place}",
+            "the methods agree on a sequence of events that the exact solution contradicts: of {word} events it has {}, and \
+             {missing} more{place}",
             word - spurious
         ));
     }
@@ -252,11 +252,11 @@ fn contradiction(
     let (worst, partner) = wrong.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))?;
     let off = match partner {
         Some(partner) => format!("is off by {:.3e} s", partner.distance.abs()),
-        None => "is none that the oracle has".to_owned(),
+        None => "is missing from the exact solution".to_owned(),
     };
     Some(format!(
-        "the oracle contradicts the methods: {} of {} events are further from the exact ones than the methods' agreement says, \
-         worst the {} at t = {:.12} s, which {off} where {} s was the bound",
+        "the exact solution contradicts the methods: {} of {} events are further from the exact ones than the methods' agreement \
+         says, worst the {} at t = {:.12} s, which {off} where {} s was the bound",
         wrong.len(),
         certificate.events.len(),
         worst.kind,

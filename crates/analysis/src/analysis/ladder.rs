@@ -196,7 +196,7 @@ pub(super) fn climb(
     let left_out = many_periods.map(|periods| {
         format!(
             "the fast mode is undamped over {periods:.0} natural periods: of each method only the finest run was made, none of \
-             cvode-bdf, and of cvode-adams only where it is needed for a second witness"
+             cvode-bdf, and of cvode-adams only where the sequence needs a second check"
         )
     });
     let of = case.solver.method;

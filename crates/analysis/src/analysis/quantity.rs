@@ -277,7 +277,7 @@ pub const QUANTITIES: [Quantity; 41] = [
     .about(QuantitySubject::Amplification)
     .computed()
     .listed(ListedIn::OfGrowth),
-    count("kicks_never_given", "kicks that the run did not come to", |s| {
+    count("kicks_never_given", "kicks after the end of the run", |s| {
         Some(s.kicks_never_given as f64)
     })
     .computed(),
@@ -300,13 +300,13 @@ pub const QUANTITIES: [Quantity; 41] = [
     .computed(),
     Quantity {
         flags: &MOTIONS,
-        ..count("motion", "what the motion comes to by the end of the run", motion)
+        ..count("motion", "attractor: the motion at the end of the run", motion)
     },
     count("event_count", "number of events", |s| Some(s.events as f64)),
     number(
         "attractor_period",
         "s",
-        "period of the motion that the run has come to, NaN where it does not repeat itself",
+        "period of the attractor, NaN where the motion does not repeat itself",
         |s| attractor(s, |a| a.period),
     )
     .listed(ListedIn::OfAttractors),
@@ -370,7 +370,7 @@ pub const QUANTITIES: [Quantity; 41] = [
     number(
         "stick_threshold",
         "rad s-1",
-        "speed below which a contact without stick counts as stuck; NaN of one that sticks",
+        "speed below which a contact without stick counts as stuck; NaN if the contact sticks",
         |s| s.stick_threshold,
     )
     .computed()
@@ -403,7 +403,7 @@ const OF_FILES: [Quantity; 6] = [
     number(
         "kick_above_noise",
         "1",
-        "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+        "e-folds by which the kick exceeds rounding at the first stick; negative: it has decayed below rounding",
         |s| s.kick_above_noise,
     )
     .listed(ListedIn::OfGrowth),

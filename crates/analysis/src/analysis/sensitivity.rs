@@ -498,7 +498,7 @@ impl Differentiated<'_> {
         }
         if self.base.steps > MOST_STEPS {
             return Some(format!(
-                "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each number"
+                "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each parameter"
             ));
         }
         let rows_with = rows.iter().enumerate();

@@ -206,8 +206,8 @@ pub fn finer(solver: &SolverOptions) -> String {
         _ if solver.fixed_step.is_some() => "Use a smaller solver.fixed_step, or solver.rtol in its place".to_owned(),
         Method::Series if better => "Use a smaller solver.rtol".to_owned(),
         Method::Series => format!(
-            "With series at rtol {rtol:e} only rounding to double precision is left; what is exact is told by certify \
-             --oracle"
+            "With series at rtol {rtol:e} only rounding to double precision is left; certify --oracle computes the exact \
+             solution"
         ),
         _ if better => "Use a smaller solver.rtol, or solver.method = \"series\"".to_owned(),
         _ => format!(
@@ -315,12 +315,12 @@ impl fmt::Display for Warning {
             }
             Warning::OtherTimes { method, time, apart } => write!(
                 f,
-                "another method, {method}, finds the same events, but the one at t = {time:.6} s {apart:.1e} s from where this run \
-                 has it, which is more than the settings of the run promise. stickslip certify says how many digits hold"
+                "another method, {method}, finds the same events, but puts the one at t = {time:.6} s {apart:.1e} s away, which is \
+                 more than the settings of the run promise. stickslip certify says how many digits hold"
             ),
             Warning::EventsNotLocated => f.write_str(
-                "the events of this run are those that its steps happened to show: nothing was located, and its own noise \
-                 may have started the stick-slip. It is there to be studied beside a run by another method",
+                "nothing was located: the events have the times of ends of steps, and the method's own noise may have started \
+                 the stick-slip. Compare this run with one by another method",
             ),
             Warning::NoiseDetermined {
                 instability,

@@ -111,7 +111,7 @@ impl Witness {
 
     /// Column of the witness's times in /events.
     pub fn column(&self) -> FileColumn {
-        let long_name = "time of the event by the witness; NaN: it has none";
+        let long_name = "time of the event in the reference check; NaN: it has none";
         FileColumn::numbers(WITNESS_TIME, "s", long_name, self.times.iter().copied())
     }
 
@@ -127,13 +127,18 @@ impl Witness {
         let share = "the same as a share of the time since the event before";
         [
             text("method", self.method),
-            number("rtol", Some(self.rtol), "1", "relative tolerance of the witness"),
+            number(
+                "rtol",
+                Some(self.rtol),
+                "1",
+                "relative tolerance of the reference check",
+            ),
             text("testimony", self.testimony.name()),
             number(
                 "events",
                 Some(self.events as f64),
                 "1",
-                "events in the sequence of the witness",
+                "events in the sequence of the reference check",
             ),
             number("agreeing_events", Some(self.agreeing_events as f64), "1", agreeing),
             number("largest_difference", self.largest_difference, "s", difference),
@@ -265,27 +270,27 @@ fn witness_by(
         }
         Testimony::NoiseDetermined => {
             let noun = if found == 1 { "event" } else { "events" };
-            format!("{found} {noun} at times of its own, as the onset is amplified rounding")
+            format!("{found} {noun} elsewhere: the onset is amplified rounding")
         }
         Testimony::SequenceDiffers => {
             let (events, next) = (result.events().count(), agreeing + 1);
             match (other_stability, apart) {
                 (Some(OtherStability { found, expected, from }), _) => {
-                    format!("{found} changes of stability for {expected}, other ones from {from:.6} s on")
+                    format!("{found} changes of stability for {expected}, others from {from:.6} s")
                 }
                 (None, Some((apart, _))) => {
                     format!("{found} events for {events}; number {next} is {apart:.1e} s away")
                 }
                 (None, None) => format!(
-                    "{found} events for {events}, other ones from number {next} on, at {:.6} s",
+                    "{found} events for {events}; number {next}, at {:.6} s, differs",
                     differs_from.unwrap_or(0.0)
                 ),
             }
         }
         Testimony::SameSequence => match agreeing {
-            0 => "no event either".to_owned(),
-            1 => format!("the same event, within {} s", bound(largest, 1)),
-            _ => format!("the same {agreeing} events, all within {} s", bound(largest, 1)),
+            0 => "no contact event either".to_owned(),
+            1 => format!("the same contact event, within {} s", bound(largest, 1)),
+            _ => format!("the same {agreeing} contact events, all within {} s", bound(largest, 1)),
         },
     };
     Some(Witness {
@@ -298,7 +303,7 @@ fn witness_by(
         differs_from,
         differs_by: apart.map(|(apart, _)| apart),
         differs_by_share: apart.map(|(_, share)| share),
-        statement: format!("witness {}: {detail}", method.name()),
+        statement: format!("reference check by {}: {detail}", method.name()),
         other_stability,
         farther,
         repeated: None,

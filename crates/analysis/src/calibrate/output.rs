@@ -139,12 +139,7 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Fi
     }));
     let roles = calibration.targets.iter().map(|result| result.role as i8);
     let words = Role::ALL.map(|role| (role as i64, role.name().to_owned()));
-    columns.push(FileColumn::codes(
-        "role",
-        "what became of the target",
-        roles,
-        words.into(),
-    ));
+    columns.push(FileColumn::codes("role", "role of the target", roles, words.into()));
     columns
 }
 

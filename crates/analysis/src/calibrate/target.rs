@@ -136,7 +136,7 @@ pub(super) fn read(
         None => match rounding.or(QUANTITIES[quantity].count.then_some(0.5)) {
             Some(half) => half,
             None => {
-                let message = "how far it may be off is missing: write the value in quotes as it was printed, so that its \
+                let message = "the half-width is missing: write the value in quotes as it was printed, so that its \
                                last digit says it, or add half_width";
                 return reader.refuse(given, &at("value"), message);
             }

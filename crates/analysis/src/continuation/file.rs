@@ -20,18 +20,18 @@ const MOST_SEQUENCES: usize = 127;
 /// Columns of /points with the units of a rotation. The value of the parameter and the sequence of events, whose names or
 /// words differ between files, are not among them.
 const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
-    Variable::quantity("period", "s", "period of the cycle; at a Hopf point of those that are born; NaN of steady sliding"),
+    Variable::quantity("period", "s", "period of the cycle; at a Hopf point of the cycles that are born; NaN for steady sliding"),
         p.period, p.period = x;
     Variable::quantity("amplitude", "rad", "half of what the position sweeps"), (p.position.1 - p.position.0) / 2.0, _ = (p, x);
     Variable::quantity("least_position", "rad", "least position"), p.position.0, p.position.0 = x;
     Variable::quantity("largest_position", "rad", "largest position"), p.position.1, p.position.1 = x;
     Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), p.relative_velocity.0, p.relative_velocity.0 = x;
     Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), p.relative_velocity.1, p.relative_velocity.1 = x;
-    Variable::words("stability", "what becomes of small disturbances", flags(STABILITIES.map(CycleStability::name))),
+    Variable::words("stability", "stability: growth of small disturbances", flags(STABILITIES.map(CycleStability::name))),
         index(&STABILITIES, &p.stability), p.stability = STABILITIES[(x as usize).min(2)];
     Variable::count("unstable", "multipliers above 1 in magnitude, or eigenvalues with a positive real part"),
         p.unstable as f64, p.unstable = x as usize;
-    Variable::words("special", "what the point is special for", words_of_specials()),
+    Variable::words("special", "kind of special point", words_of_specials()),
         p.special.map_or(-1, Special::code).into(),
         p.special = Special::ALL.get(x as usize).copied().filter(|_| x >= 0.0);
     Variable::count("sticks", "sticks in a period"), p.sticks as f64, p.sticks = x as usize;
@@ -75,7 +75,7 @@ pub(crate) fn write(
     meta.push(("study_digest".to_owned(), AttributeValue::Text(study.digest())));
     meta.extend(provenance::point_command(modes_command(study)));
     let settings: Vec<String> = study.settings.iter().map(stickslip_case::Override::argument).collect();
-    let about = "what is set in it, KEY=VALUE in each line";
+    let about = "overrides of the case, KEY=VALUE in each line";
     let header = StudyHeader {
         title: study.title.clone(),
         source: provenance::source(),
@@ -131,7 +131,7 @@ fn branches(explored: &Explored) -> Addition {
     let points = all.iter().map(|branch| branch.points.len() as i64);
     add(FileColumn::counts("points", "how many points it has", points));
     let multiples = all.iter().map(|branch| branch.multiple.map_or(-1, i64::from));
-    let about = "periods of the drives in one of its cycles; -1: autonomous, or steady sliding";
+    let about = "drive periods in one of its cycles; -1: autonomous, or steady sliding";
     add(FileColumn::counts("multiple", about, multiples));
     let parents = all
         .iter()

@@ -73,7 +73,7 @@ impl ContinuationStudy {
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         let head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
-        let missing = "missing: the number that varies; write [[axis]] with key, from and to";
+        let missing = "missing: the parameter that varies; write [[axis]] with key, from and to";
         let mut axes: Vec<ParameterAxis> = Vec::new();
         for (path, node) in reader.tables(&root, "axis", Some(missing)) {
             let Some(axis) = read_axis(&mut reader, &head.keys, node, &path, true) else {
@@ -89,7 +89,7 @@ impl ContinuationStudy {
             axes.push(axis);
         }
         if axes.len() > 2 {
-            let message = "a continuation has one number that varies, and a second one for curves of special points";
+            let message = "a continuation has one parameter that varies, and a second one for curves of special points";
             reader.report(&root, "axis", message);
         }
         let mut study = ContinuationStudy {
@@ -125,7 +125,7 @@ impl ContinuationStudy {
             let fails = |message: &str| Err(CaseError::one(study.source.label(), key, message));
             if NO_EQUATION.iter().any(|table| key.starts_with(table)) {
                 return fails(
-                    "a periodic motion does not depend on it: name a number of the system or of what drives it",
+                    "a periodic motion does not depend on it: name a parameter of the system or of its drive",
                 );
             }
             if study.axes[..index].iter().any(|other| other.keys.contains(key)) {
@@ -225,7 +225,7 @@ impl ContinuationStudy {
             if self.axes.len() < 2
                 && let Some(node) = node.at("curves")
             {
-                let message = "a curve of special points is one in two numbers: write a second [[axis]]";
+                let message = "a curve of special points is one in two parameters: write a second [[axis]]";
                 reader.report(node, "branch.curves", message);
             }
         }

@@ -46,7 +46,7 @@ pub enum NotCertified {
     Cycle(#[from] CycleError),
     /// The corrections do not shrink.
     #[error(
-        "not certified: after {corrections} corrections by the oracle the last one is {ratio:.1e} of the one before, where the \
+        "not certified: after {corrections} corrections by the exact solver the last one is {ratio:.1e} of the one before, where the \
          derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
          double precision"
     )]
@@ -57,7 +57,7 @@ pub enum NotCertified {
         ratio: f64,
     },
     /// The oracle finds another sequence of events.
-    #[error("not certified: the oracle's motion has other events than the cycle ({found}, not {expected})")]
+    #[error("not certified: the exact solution has other events than the cycle ({found}, not {expected})")]
     OtherEvents {
         /// Events of the oracle's motion.
         found: String,
@@ -268,7 +268,7 @@ pub fn certify(
     let expected: Vec<&str> = orbit.events.iter().map(|event| event.kind).collect();
     for corrections in 0..MOST_CORRECTIONS {
         let mut go_on = |_| {
-            let what = format_args!("oracle with {computed} digits, correction {corrections}");
+            let what = format_args!("exact solver with {computed} digits, correction {corrections}");
             log::debug!("{what}");
             watch.at(corrections as f64, MOST_CORRECTIONS as f64, what)
         };
@@ -443,7 +443,7 @@ impl CycleCertificate {
                 "digits_computed",
                 digits,
                 "1",
-                "decimal digits that the oracle computed with",
+                "decimal digits that the exact solver computed with",
             ),
             ("corrections", corrections, "1", "corrections by Newton's method"),
             (
@@ -469,7 +469,7 @@ impl CycleCertificate {
         );
         let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
         let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
-        let about = "what happens at the events, one in each line";
+        let about = "kinds of the events, one in each line";
         group.text("kinds", about, kinds.join("\n"));
         group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
         vec![group]

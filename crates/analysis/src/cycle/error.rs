@@ -69,7 +69,7 @@ pub enum CycleError {
     /// The motion closes but is not an isolated cycle.
     #[error(
         "the motion closes over {period:.9} s, but is no cycle of its own: its derivatives are singular or missing, as of a contact that \
-         sticks, of a motion among others like it, or where two events coincide. Change a number of the case a little"
+         sticks, of a motion among others like it, or where two events coincide. Change a parameter a little"
     )]
     Degenerate {
         /// Period, s.

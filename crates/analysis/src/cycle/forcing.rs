@@ -23,7 +23,7 @@ pub enum NotPeriodic {
     /// A parameter changes the ratio of the drives' periods.
     #[error(
         "the harmonics that drive it have another common period, or none, as soon as {number} moves: it is the frequency of one of \
-         several, or an amplitude that is zero. Vary another number, or start where no amplitude is zero"
+         several, or an amplitude that is zero. Vary another parameter, or start where no amplitude is zero"
     )]
     OtherPeriod {
         /// Key paths of the parameter.

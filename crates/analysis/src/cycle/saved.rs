@@ -154,7 +154,7 @@ impl Orbit {
             source.to_owned(),
         );
         let set = overrides.join("\n");
-        cycle.text("overrides", "what was set in it, KEY=VALUE in each line", set);
+        cycle.text("overrides", "overrides of the case, KEY=VALUE in each line", set);
         vec![cycle]
     }
 }

@@ -96,8 +96,8 @@ impl fmt::Display for Shard {
     }
 }
 
-const BOUNDARY: &str = "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split \
-                        into shards; sweep it as one job on many threads (-j), on many machines by an executor of Python, or as \
+const BOUNDARY: &str = "the study traces a boundary: which points it needs depends on the results of the others, so it cannot \
+     be split into shards; sweep it as one job on many threads (-j), on many machines by an executor of Python, or as \
                         one study for each value of its other axes";
 
 /// Fails if the study has no numbered points, or fewer points than shards.

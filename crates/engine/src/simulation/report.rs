@@ -129,9 +129,11 @@ fn remedy(error: &RunError, one_sided_test: bool) -> &'static str {
             ". Raise friction.valid_below if the law holds there, or take one that is given at every speed"
         }
         RunError::OutOfTime { .. } => ". Raise --max-wall-time (solver.max_wall_time), or try another solver.method",
-        RunError::Standstill { .. } => ". Check the numbers of the case and their units, or try another solver.method",
+        RunError::Standstill { .. } => {
+            ". Check the parameters of the case and their units, or try another solver.method"
+        }
         RunError::NoProgress { .. } => {
-            ". Check the numbers of the case and their units, or try another solver.method or a larger solver.rtol; if so \
+            ". Check the parameters of the case and their units, or try another solver.method or a larger solver.rtol; if \
              many steps are meant, say how many with solver.max_steps"
         }
         RunError::Refused(_) | RunError::Observer(_) => "",

@@ -62,7 +62,7 @@ impl SweepColumns {
                 coordinates.push(attached(create_axis(file, axis, points)?, axis.variable.kind)?);
             }
         }
-        let status = Variable::code(POINT_STATUS, "what came of the point", &POINT_STATUSES);
+        let status = Variable::code(POINT_STATUS, "outcome of the point", &POINT_STATUSES);
         let status = attached(create(file, &status, &shape)?, status.kind)?;
         let mut values = Vec::with_capacity(plan.variables.len());
         for variable in &plan.variables {

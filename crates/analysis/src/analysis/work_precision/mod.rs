@@ -190,7 +190,7 @@ fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<Precisi
                 let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, watch)? else {
                     return Ok(None);
                 };
-                reference.description += &format!("; the oracle was not used: {why}");
+                reference.description += &format!("; the exact solver was not used: {why}");
                 reference
             }
         },
@@ -293,7 +293,7 @@ fn by_oracle(
         .unzip();
     Ok(Some(PrecisionReference {
         description: format!(
-            "the oracle with {} digits; its uncertainty is the distance of neighbouring doubles",
+            "the exact solver with {} digits; its uncertainty is the distance of neighbouring doubles",
             solution.digits_computed
         ),
         events,
