@@ -74,29 +74,29 @@ pub(crate) struct MovedCopy {
     /// Weight of the test for a bend: the sum over the copies of this times value vanishes if the value has equal
     /// slopes on both sides.
     pub bend: f64,
-}
-
-struct Moved {
-    of: MovedCopy,
     next: Option<f64>,
     last: f64,
 }
 
-impl Moved {
-    fn new(of: MovedCopy) -> Self {
-        Moved {
-            of,
+impl MovedCopy {
+    pub fn new((dynamics, rules): (Arc<SystemDynamics>, SystemRules), weight: f64, bend: f64) -> Self {
+        MovedCopy {
+            dynamics,
+            rules: rules.resolving_all(),
+            weight,
+            bend,
             next: None,
             last: f64::NEG_INFINITY,
         }
     }
 }
 
-/// A moved parameter. Without copies, the parameter affects the initial state alone.
-pub(crate) struct MovedNumber {
+/// Effect of a parameter, or of a deviation of the state, on the state. Without copies, a parameter affects the initial
+/// state alone.
+pub(crate) struct VariationColumn {
     pub copies: Vec<MovedCopy>,
-    /// d(initial state)/d(parameter), for the components that the motion depends on.
-    pub start: DVector<f64>,
+    /// Derivative of the components that the motion depends on; at first that of the initial state.
+    pub slope: DVector<f64>,
     /// Whether the copies' equations differ from the run's.
     pub in_equations: bool,
     /// Value of the parameter, if its rounding counts.
@@ -121,16 +121,18 @@ pub struct Passage {
     pub rounding: f64,
 }
 
-struct VariationColumn {
-    copies: Vec<Moved>,
-    in_equations: bool,
-    rounded: Option<f64>,
-    slope: DVector<f64>,
-}
-
 impl VariationColumn {
-    fn sum(&mut self, mut value: impl FnMut(&mut Moved) -> Option<f64>) -> f64 {
-        let of = |moved: &mut Moved| moved.of.weight * value(moved).unwrap_or(f64::NAN);
+    pub fn of_state(slope: DVector<f64>) -> Self {
+        VariationColumn {
+            copies: Vec::new(),
+            slope,
+            in_equations: false,
+            rounded: None,
+        }
+    }
+
+    fn sum(&mut self, mut value: impl FnMut(&mut MovedCopy) -> Option<f64>) -> f64 {
+        let of = |moved: &mut MovedCopy| moved.weight * value(moved).unwrap_or(f64::NAN);
         self.copies.iter_mut().map(of).sum()
     }
 
@@ -140,7 +142,7 @@ impl VariationColumn {
         let (mut bent, mut most) = (0.0, 0.0f64);
         for moved in &self.copies {
             let change = moved.next.map_or(f64::NAN, |next| next - t);
-            bent += moved.of.bend * change;
+            bent += moved.bend * change;
             most = most.max(change.abs());
         }
         if bent.abs() <= BENT * most + TIME_ROUNDING * f64::EPSILON * t {
@@ -199,23 +201,11 @@ fn fastest(jacobian: &DMatrix<f64>) -> f64 {
 }
 
 impl Carried {
-    /// Derivatives of a run of `dynamics` by the parameters `numbers`. A last step that ends at `end` (s) or later is left out, because no event follows;
-    /// with an infinite `end` the last state is included.
-    pub(crate) fn new(dynamics: Arc<SystemDynamics>, end: f64, numbers: Vec<MovedNumber>) -> Self {
-        let (count, moving) = (numbers.len(), dynamics.system.mechanical());
-        let column = |number: MovedNumber| VariationColumn {
-            copies: number.copies.into_iter().map(Moved::new).collect(),
-            in_equations: number.in_equations,
-            rounded: number.rounded,
-            slope: number.start,
-        };
-        let mut columns: Vec<_> = numbers.into_iter().map(column).collect();
-        columns.extend((0..count + 2 * moving).map(|_| VariationColumn {
-            copies: Vec::new(),
-            in_equations: false,
-            rounded: None,
-            slope: DVector::zeros(moving),
-        }));
+    /// Derivatives of a run of `dynamics` by the parameters `columns`. A last step that ends at `end` (s) or later is left
+    /// out, because no event follows; with an infinite `end` the last state is included.
+    pub(crate) fn new(dynamics: Arc<SystemDynamics>, end: f64, mut columns: Vec<VariationColumn>) -> Self {
+        let (count, moving) = (columns.len(), dynamics.system.mechanical());
+        columns.extend((0..count + 2 * moving).map(|_| VariationColumn::of_state(DVector::zeros(moving))));
         let mut carried = Carried {
             columns,
             numbers: count,
@@ -345,9 +335,9 @@ impl Carried {
                 jacobians.push(jacobian);
                 for (column, &number) in forcing.iter().enumerate() {
                     for moved in &self.columns[number].copies {
-                        moved.of.dynamics.rhs(location, origin + tau, &y, &mut rates);
+                        moved.dynamics.rhs(location, origin + tau, &y, &mut rates);
                         for k in 0..n {
-                            stages[(i * n + k, n + column)] += moved.of.weight * rates[k];
+                            stages[(i * n + k, n + column)] += moved.weight * rates[k];
                         }
                     }
                 }
@@ -529,7 +519,7 @@ impl Carried {
         event: &EventInstant<'_>,
         fired: Option<Fired>,
         mut shift: impl FnMut(&Self, &mut VariationColumn, &DVector<f64>) -> f64,
-        mut of_copy: impl FnMut(&mut Moved) -> Vec<EventTransition>,
+        mut of_copy: impl FnMut(&mut MovedCopy) -> Vec<EventTransition>,
     ) {
         let Some(last) = event.transitions.last() else { return };
         let kinds: Vec<Option<EventKind>> = event.transitions.iter().map(|one| one.kind).collect();
@@ -573,7 +563,7 @@ impl Carried {
             for copy in &mut column.copies {
                 let state = state_after(&of_copy(copy), &kinds, self.same_events);
                 for (k, slope) in column.slope.iter_mut().enumerate() {
-                    *slope += copy.of.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
+                    *slope += copy.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
                 }
             }
         }
@@ -630,7 +620,7 @@ impl Rules<SystemDynamics> for CarryingRules {
         let mut carried = locked(&self.carried);
         for column in &mut carried.columns {
             for moved in &mut column.copies {
-                moved.next = moved.of.rules.next_time_event(location, t.max(moved.last));
+                moved.next = moved.rules.next_time_event(location, t.max(moved.last));
             }
         }
         self.own.next_time_event(location, t)
@@ -643,7 +633,7 @@ impl Rules<SystemDynamics> for CarryingRules {
             let mut carried = locked(&self.carried);
             let copies = carried.columns.iter_mut().flat_map(|column| &mut column.copies);
             for moved in copies.filter(|moved| moved.next.is_some_and(|next| next <= t)) {
-                moved.of.rules.at_time_event(location, t, y);
+                moved.rules.at_time_event(location, t, y);
             }
             return transitions;
         }
@@ -664,7 +654,7 @@ impl Rules<SystemDynamics> for CarryingRules {
             |moved| match moved.next {
                 Some(next) => {
                     moved.last = next;
-                    moved.of.rules.at_time_event(location, next, y)
+                    moved.rules.at_time_event(location, next, y)
                 }
                 None => Vec::new(),
             },
@@ -687,7 +677,7 @@ impl Rules<SystemDynamics> for CarryingRules {
             Some(fired),
             |carried, column, flow| {
                 let slope = |change| carried.guard_slope(location, (t, y), change, guard);
-                let by_number = column.sum(|moved| Some(guard_of(&*moved.of.dynamics, location, (t, y), guard)));
+                let by_number = column.sum(|moved| Some(guard_of(&*moved.dynamics, location, (t, y), guard)));
                 let change = slope((0.0, &column.slope)) + by_number;
                 // A constant guard fires at the start of its segment. The time of a graze has no derivative.
                 if change == 0.0 {
@@ -696,7 +686,7 @@ impl Rules<SystemDynamics> for CarryingRules {
                     -change / slope((1.0, flow))
                 }
             },
-            |moved| moved.of.rules.at_guards(location, t, y, fired),
+            |moved| moved.rules.at_guards(location, t, y, fired),
         );
         transitions
     }

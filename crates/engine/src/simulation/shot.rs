@@ -1,6 +1,6 @@
 //! The motion over a given time from a known state, with its derivatives, for the search of periodic motions.
 
-use super::carried::{Carried, CarryingRules, MovedNumber};
+use super::carried::{Carried, CarryingRules, VariationColumn};
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::expansion::Expansion;
 use super::options::{Method, SolverOptions};
@@ -607,14 +607,11 @@ fn numbers(
     (dynamics, start): (&SystemDynamics, &SystemStart),
     moved: &[MovedCases],
     solver: &SolverOptions,
-) -> Vec<MovedNumber> {
+) -> Vec<VariationColumn> {
     let slopes = start_slopes(dynamics, start);
-    let of_state = slopes.column_iter().map(|slope| MovedNumber {
-        copies: Vec::new(),
-        start: slope.into_owned(),
-        in_equations: false,
-        rounded: None,
-    });
+    let of_state = slopes
+        .column_iter()
+        .map(|slope| VariationColumn::of_state(slope.into_owned()));
     let from = Some((time.0, &start.state[..]));
     let of_case = |cases: &MovedCases| moved_number(system, cases, from, solver, time.1).0;
     of_state.chain(moved.iter().map(of_case)).collect()

@@ -1,6 +1,6 @@
 //! Derivatives of a run's events by parameters of its case.
 
-use super::carried::{Carried, CarryingRules, MovedCopy, MovedNumber, Passage};
+use super::carried::{Carried, CarryingRules, MovedCopy, Passage, VariationColumn};
 use super::simulate::{SystemStart, prepared};
 use super::state_readings::StateReadings;
 use crate::hybrid::RunError;
@@ -50,26 +50,20 @@ pub(super) fn moved_number(
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end_time: f64,
-) -> (MovedNumber, Vec<SystemStart>) {
+) -> (VariationColumn, Vec<SystemStart>) {
     let copy = |copy: &MovedSystem| {
         let (dynamics, rules, start) = prepared((&copy.system, copy.threshold), from, solver, end_time);
-        let moved = MovedCopy {
-            dynamics,
-            rules: rules.resolving_all(),
-            weight: copy.weight,
-            bend: copy.bend,
-        };
+        let moved = MovedCopy::new((dynamics, rules), copy.weight, copy.bend);
         (moved, start)
     };
     let (copies, starts) = cases.copies.iter().map(copy).unzip();
     let differs = |copy: &MovedSystem| !alike_between_events(system, &copy.system);
-    let number = MovedNumber {
+    let column = VariationColumn {
         copies,
-        start: DVector::zeros(SystemEquations::new(system).mechanical()),
         in_equations: cases.copies.iter().any(differs),
-        rounded: None,
+        ..VariationColumn::of_state(DVector::zeros(SystemEquations::new(system).mechanical()))
     };
-    (number, starts)
+    (column, starts)
 }
 
 /// Whether two systems differ in kicks and initial state at most.
@@ -106,7 +100,7 @@ pub fn variation(
         let (mut column, starts) = moved_number(system, cases, None, &solver, output.end_time);
         for (copy, begins) in cases.copies.iter().zip(starts) {
             *alike &= begins.location.mode == start.location.mode;
-            for (slope, state) in column.start.iter_mut().zip(&begins.state) {
+            for (slope, state) in column.slope.iter_mut().zip(&begins.state) {
                 *slope += copy.weight * state;
             }
         }
