@@ -10,8 +10,9 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use stickslip_analysis::analysis::Modes;
 use stickslip_analysis::analysis::stability::SlidingVerdict;
-use stickslip_analysis::analysis::stability::modes::{Instability, OnsetDecision, SlowingModes, Stability};
-use stickslip_analysis::analysis::stability::states::{OperatingPoint, SystemMode, SystemModes};
+use stickslip_analysis::analysis::stability::modes::{
+    Instability, OnsetDecision, OperatingPoint, SlowingModes, Stability, SystemMode,
+};
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, Motion};
 use stickslip_system::model::margin;
@@ -89,20 +90,19 @@ fn report(title: &str, modes: &Modes, motion: Motion) -> String {
         Some(slowing) => format!(
             "{title}\n\n{}\n{}\n{}\n{}",
             headline(slowing, motion),
-            shape_table(slowing, &modes.general, motion),
+            shape_table(slowing, modes, motion),
             damping_table(slowing, motion),
             loss_of_stability(slowing, motion)
         ),
         None => {
-            let general = &modes.general;
-            let points = general.operating_points.iter().map(|point| operating(point, motion));
+            let points = modes.operating_points.iter().map(|point| operating(point, motion));
             format!(
                 "{title}\n\n{}\n{}\n{}\n{}{}",
-                driving(general, motion),
+                driving(modes, motion),
                 points.collect::<Vec<_>>().join("\n"),
-                mode_table(general, motion),
-                changes_of_stability(general, motion),
-                absent(general)
+                mode_table(modes, motion),
+                changes_of_stability(modes, motion),
+                absent(modes)
             )
         }
     }
@@ -140,7 +140,7 @@ fn headline(modes: &SlowingModes, motion: Motion) -> String {
 
 /// Table of the modes with the velocities of all inertias. The separated state is omitted: its modes are those of
 /// slip under friction that does not fall.
-fn shape_table(slowing: &SlowingModes, modes: &SystemModes, motion: Motion) -> String {
+fn shape_table(slowing: &SlowingModes, modes: &Modes, motion: Motion) -> String {
     let states = || modes.states.iter().filter(|state| state.state != "separated");
     let of_chains = states()
         .filter(|state| state.state != "axial")
@@ -339,7 +339,7 @@ fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-fn driving(modes: &SystemModes, motion: Motion) -> String {
+fn driving(modes: &Modes, motion: Motion) -> String {
     pairs(modes.driving.iter().map(|driven| {
         let (name, unit) = match driven.key {
             "contact.normal_force" => ("normal force", "N"),
@@ -392,7 +392,7 @@ fn operating(point: &OperatingPoint, motion: Motion) -> String {
     pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
 }
 
-fn mode_table(modes: &SystemModes, motion: Motion) -> String {
+fn mode_table(modes: &Modes, motion: Motion) -> String {
     let header = ["state", "omega_r", "Hz", "damping", "decay 1/s", "moves most"];
     let rows = modes.states.iter().flat_map(|state| {
         let size = |mode: &SystemMode| mode.frequency.map_or(mode.decay.abs(), |f| TAU * f);
@@ -426,7 +426,7 @@ fn rough(value: f64) -> String {
     }
 }
 
-fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
+fn changes_of_stability(modes: &Modes, motion: Motion) -> String {
     let of_speed = format!("omega_r, {}", speed_unit(motion));
     let searches = [
         (&*of_speed, Some(&modes.critical_relative_velocities)),
@@ -464,7 +464,7 @@ fn changes_of_stability(modes: &SystemModes, motion: Motion) -> String {
     )
 }
 
-fn absent(modes: &SystemModes) -> String {
+fn absent(modes: &Modes) -> String {
     let mut text = String::new();
     for (k, absent) in modes.absent.iter().enumerate() {
         let heading = if k == 0 { "\nnot there:\n" } else { "" };

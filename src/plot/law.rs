@@ -5,7 +5,7 @@ use super::figure::{Axis, Curve, CurveStyle, Panel, drawn};
 use super::run::DrawnRun;
 use super::style::{BLACK, VERMILLION, line_color};
 use std::f64::consts::FRAC_2_PI;
-use stickslip_analysis::analysis::stability::SystemModes;
+use stickslip_analysis::analysis::stability::Modes;
 use stickslip_case::Motion;
 use stickslip_system::friction::{FrictionLaw, Law};
 use stickslip_system::model::system::{Bristles, ContactLaw, Regularisation, Smoothing, System};
@@ -33,7 +33,7 @@ fn critical_speeds(run: &DrawnRun) -> Vec<f64> {
     match system.twice_resistance {
         Some(resistance) => system.law.damping_zeros(resistance, system.slope_weight(force)),
         None => {
-            let changes = SystemModes::of_case(&run.system).critical_relative_velocities.changes;
+            let changes = Modes::linear(&run.system).critical_relative_velocities.changes;
             changes.iter().map(|change| change.value).collect()
         }
     }

@@ -5,7 +5,7 @@ use super::error::PlotError;
 use super::own::phase;
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
-use stickslip_analysis::analysis::stability::SystemModes;
+use stickslip_analysis::analysis::stability::Modes;
 use stickslip_system::model::system::{End, System, Train};
 
 /// Number of turns of the fast motion that are shown before the first stick.
@@ -63,7 +63,7 @@ pub(super) fn during(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &st
 /// springs. This swing is about twenty times slower than the surfaces' own mode, and decays as slowly.
 pub(super) fn final_stick(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
     let start = subject.final_stick.ok_or("the run does not end in a stick")?;
-    let states = SystemModes::of_case(&subject.run.system).states;
+    let states = Modes::linear(&subject.run.system).states;
     let in_stick = states.iter().filter(|state| state.state == "stick");
     let modes = in_stick.flat_map(|state| &state.modes);
     let slowest = modes.filter_map(|mode| mode.frequency).reduce(f64::min);

@@ -159,8 +159,8 @@ fn analytic_a_brake_loses_its_stability_to_the_swing_of_its_disks() {
     let modes = Modes::of_case(&case.system, &case.solver, case.output.end_time);
     let slowing = modes.slowing.expect("it slows down");
     let crossing = slowing.instability.unwrap().eigenvalue_crossing.expect("a crossing");
-    let [change] = modes.general.critical_relative_velocities.changes[..] else {
-        panic!("{:?}", modes.general.critical_relative_velocities)
+    let [change] = modes.critical_relative_velocities.changes[..] else {
+        panic!("{:?}", modes.critical_relative_velocities)
     };
     // The force is the largest here, and still rings by 1e-9 of its value.
     assert!((change.value - crossing.relative_velocity).abs() < 1e-6);

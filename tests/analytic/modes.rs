@@ -5,9 +5,7 @@ use crate::common::{disks, output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::Modes;
-use stickslip::analysis::stability::SystemModes;
-use stickslip::analysis::stability::modes::{OnsetDecision, SlowingModes, Stability};
-use stickslip::analysis::stability::states::{SystemMode, SystemState};
+use stickslip::analysis::stability::modes::{OnsetDecision, SlowingModes, Stability, SystemMode, SystemState};
 use stickslip::case::Case;
 use stickslip::friction::{Exponential, Law};
 use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
@@ -43,7 +41,6 @@ fn published_natural_period_and_frequency_of_the_paper() {
     assert_eq!(format!("{:.2}", slowing.torsional_frequency / 1e3), "4.16");
     assert_eq!(format!("{:.5}", slowing.natural_period), "0.00024");
     let slip = modes
-        .general
         .states
         .iter()
         .find(|s| s.relative_velocity == Some(100.0))
@@ -61,7 +58,7 @@ fn analytic_axial_mode() {
     let case = built_in("paper-si", &[]);
     let axial = disks(&case).axial;
     let modes = modes_of(&case);
-    let axial_modes = &modes.general.states[0].modes;
+    let axial_modes = &modes.states[0].modes;
     let mode = &axial_modes[0];
     assert_eq!(axial_modes.len(), 1);
     let omega = (axial.stiffness / axial.mass).sqrt();
@@ -78,7 +75,7 @@ fn analytic_axial_mode() {
 fn analytic_overdamped_axial_mode_has_two_real_roots() {
     let case = built_in("paper-si", &["axial.damping=60000"]);
     let axial = disks(&case).axial;
-    let states = modes_of(&case).general.states;
+    let states = modes_of(&case).states;
     let roots: Vec<f64> = states[0].modes.iter().map(|m| m.growth_rate).collect();
     assert_eq!(roots.len(), 2);
     assert!(close(roots[0] * roots[1], axial.stiffness / axial.mass, EIGENVALUE));
@@ -118,7 +115,7 @@ fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (SystemS
         end,
         torque: None,
     };
-    let states = SystemModes::of_case(&System {
+    let states = Modes::linear(&System {
         rotor: train(&[torsion.surface_inertia, torsion.rotor_inertia], End::Free),
         stator: train(&[torsion.surface_inertia], End::Fixed),
         radius: RADIUS,
@@ -214,7 +211,7 @@ fn analytic_shape_satisfies_the_rotor_equation() {
         damping: c,
         ..
     } = disks(&case).torsion;
-    let states = modes_of(&case).general.states;
+    let states = modes_of(&case).states;
     for mode in &states.iter().find(|state| state.state == "stick").unwrap().modes {
         let part = |k: usize| {
             let s = &mode.shape[k];

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::stability::SlidingVerdict;
-use stickslip::analysis::stability::states::{StabilityChange, SystemModes, SystemState};
+use stickslip::analysis::stability::modes::{Modes, StabilityChange, SystemState};
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
 use stickslip::model::BreakawayTest;
@@ -22,8 +22,8 @@ fn built_in(name: &str, overrides: &[&str]) -> System {
     Case::read(&source, &overrides).unwrap().system
 }
 
-fn modes(name: &str, overrides: &[&str]) -> SystemModes {
-    SystemModes::of_case(&built_in(name, overrides))
+fn modes(name: &str, overrides: &[&str]) -> Modes {
+    Modes::linear(&built_in(name, overrides))
 }
 
 #[track_caller]
@@ -41,7 +41,7 @@ fn only(changes: &[StabilityChange]) -> StabilityChange {
 }
 
 #[track_caller]
-fn state<'a>(modes: &'a SystemModes, name: &str) -> &'a SystemState {
+fn state<'a>(modes: &'a Modes, name: &str) -> &'a SystemState {
     let found = modes.states.iter().find(|state| state.state == name);
     found.unwrap_or_else(|| panic!("no {name} among {:?}", modes.states))
 }
@@ -126,7 +126,7 @@ fn analytic_hopf_of_the_exponential_belt() {
     assert!(modes.states.iter().all(|state| state.state != "stick"));
     assert!(modes.absent.iter().any(|absent| absent.what == "stick mode"));
 
-    let above = SystemModes::of_case(&built_in("belt-exponential", &["rotor.speed=0.5"]));
+    let above = Modes::linear(&built_in("belt-exponential", &["rotor.speed=0.5"]));
     assert_eq!(above.operating_points[0].stability, SlidingVerdict::Stable);
 }
 
@@ -150,7 +150,7 @@ proptest! {
             false => pair(driven, grounded, radius, force, law),
             true => pair(grounded, driven, radius, force, law),
         };
-        let modes = SystemModes::of_case(&trains);
+        let modes = Modes::linear(&trains);
         let expected = (decay * (0.5 - 0.3) * force * radius / (shaft + bearing)).ln() / decay;
         let speed = only(&modes.critical_relative_velocities.changes);
         // mu_s - mu_d is rounded in the law as it is here; near x* = 0 its rounding affects ln.
@@ -258,7 +258,7 @@ proptest! {
         (rotor, stator) in any_pair(), force in 0.2..20.0f64, decay in 1.0..5.0f64,
     ) {
         let trains = pair(rotor, stator, 1.0, force, exponential(0.5, 0.3, decay));
-        let modes = SystemModes::of_case(&trains);
+        let modes = Modes::linear(&trains);
         let grows = |x: f64| grows(&trains, force * trains.law.coefficient_and_slope(x).1);
         let search = &modes.critical_relative_velocities;
         let mut ends = vec![0.0];
@@ -306,7 +306,7 @@ proptest! {
         (rotor, stator) in any_pair(), force in 0.2..20.0f64, decay in 1.0..5.0f64,
     ) {
         let trains = pair(rotor, stator, 1.0, force, exponential(0.5, 0.3, decay));
-        let modes = SystemModes::of_case(&trains);
+        let modes = Modes::linear(&trains);
         if modes.operating_points.is_empty() {
             return Ok(());
         }
@@ -356,7 +356,7 @@ fn analytic_stribeck_has_two_critical_speeds() {
         viscous: 0.01,
     }
     .into();
-    let modes = SystemModes::of_case(&System {
+    let modes = Modes::linear(&System {
         law,
         ..built_in("belt-exponential", &[])
     });
@@ -440,7 +440,7 @@ fn analytic_stick_joins_the_surfaces() {
         10.0,
         exponential(0.5, 0.3, 2.0),
     );
-    let modes = SystemModes::of_case(&trains);
+    let modes = Modes::linear(&trains);
     let stick = state(&modes, "stick");
     assert_eq!(stick.modes.len(), 1, "{stick:?}");
     assert_close(stick.modes[0].frequency.unwrap(), 200f64.sqrt() / TAU, CLOSED_FORM);

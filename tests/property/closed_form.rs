@@ -3,13 +3,13 @@
 use proptest::prelude::*;
 use std::sync::Arc;
 use stickslip::friction::{Exponential, FrictionLaw};
-use stickslip::hybrid::{Advance, ChosenSolver, ClosedFormEngine, Engine, EngineSegment, SolverKind, WithClosedForms};
+use stickslip::hybrid::{Advance, ChosenSolver, Engine, EngineSegment, SolverKind};
 use stickslip::model::equations::{ANGLE, DAMPING_LOSS, FRICTION_LOSS, WORK};
 use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Torque, Train};
 use stickslip::model::{BreakawayTest, Mode};
 use stickslip::signal::{Drive, Frequency, HarmonicShape, Wave};
 use stickslip::simulation::series::TaylorEngine;
-use stickslip::simulation::{SystemDynamics, SystemLocation};
+use stickslip::simulation::{ClosedFormEngine, SystemDynamics, SystemLocation};
 use stickslip::sundials::Tolerances;
 
 /// Constant friction, so that no rate of slip is the fastest rate of a system under a large force.
@@ -260,7 +260,7 @@ proptest! {
         let mut inside = y.clone();
         for k in 0..500 {
             let t = time * f64::from(k) / 500.0;
-            dynamics.closed_state(&SystemLocation::new(Mode::Stick, 0), 0.0, &y, t, &mut inside);
+            dynamics.closed_state(&SystemLocation::new(Mode::Stick, 0), &y, t, &mut inside);
             let (gap, limit) = gap(t, &inside);
             prop_assert!(gap >= -1e-12 * limit, "{t}: {gap} {limit}");
         }
@@ -272,7 +272,7 @@ proptest! {
             let (other, _, by_series, _) = run(&mut TaylorEngine::new(dynamics.clone()), Mode::Stick, &y, span);
             // If the torque only just reaches its limit, rounding decides the time, and whether the limit is reached.
             let h = 1e-6 * dynamics.unit(0);
-            dynamics.closed_state(&SystemLocation::new(Mode::Stick, 0), 0.0, &y, (time - h).max(0.0), &mut inside);
+            dynamics.closed_state(&SystemLocation::new(Mode::Stick, 0), &y, (time - h).max(0.0), &mut inside);
             let slope = gap((time - h).max(0.0), &inside).0 / h;
             let (_, limit) = gap(time, &end);
             if slope * dynamics.unit(0) > 1e-3 * limit {

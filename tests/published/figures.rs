@@ -2,7 +2,7 @@
 
 use crate::common::cli::Folder;
 use std::sync::OnceLock;
-use stickslip::analysis::stability::SystemModes;
+use stickslip::analysis::stability::Modes;
 use stickslip::friction::Law;
 use stickslip::model::system::Pressing;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, find};
@@ -231,7 +231,7 @@ fn analytic_last_stick_decays_as_its_mode() {
     let run = DrawnRun::open(file()).unwrap();
     let start = run.stick_slip.final_stick_time.unwrap() + 0.02;
     let amplitudes = turn_amplitudes(&run, "phi1_dot", (start, start + 0.1)).unwrap();
-    let states = SystemModes::of_case(&run.system).states;
+    let states = Modes::linear(&run.system).states;
     let modes = &states.iter().find(|state| state.state == "stick").unwrap().modes;
     let slowest = modes.iter().filter(|mode| mode.frequency.is_some());
     let rotor = slowest

@@ -7,7 +7,6 @@
 //!
 //! If these events show no period, the states after whole periods of the forcing are the sections. Without forcing and
 //! without further contact events, the minima of the relative velocity are the sections.
-//! further contact events, the minima of the relative velocity are sections.
 
 use super::forcing::{common_period, harmonics};
 use super::section::{Hits, Repetition, SectionHit, Sizes, larger, sizes_of};
@@ -110,7 +109,8 @@ pub(super) struct Recurrence<'a> {
     last: Option<Section>,
 }
 
-fn sense(mode: Mode, relative_velocity: f64) -> i8 {
+/// Sign of the relative velocity (rad/s): known from the mode of a sliding contact, but not of an engaged one.
+pub(super) fn sense(mode: Mode, relative_velocity: f64) -> i8 {
     match mode {
         Mode::Engaged if relative_velocity < 0.0 => -1,
         Mode::Engaged => 1,

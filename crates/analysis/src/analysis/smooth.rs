@@ -1,8 +1,10 @@
 //! End of a motion without forcing and contact events: sections of a cycle, or steady sliding.
 
+use super::attractor::sense;
 use super::section::{Hits, RECURRENCE_TOLERANCE, SectionHit, Sizes, larger, sizes_of};
 use stickslip_engine::simulation::{Course, CourseQuantity, Section, SolverOptions};
 use stickslip_system::model::system::System;
+use stickslip_system::numerics::bisection::bisect;
 
 pub(super) const MOST_STEPS: usize = 5_000;
 
@@ -49,25 +51,16 @@ pub(super) fn sections(
             let high = f64::from(interval) / f64::from(INTERVALS);
             let now = acceleration(high);
             if before < 0.0 && now >= 0.0 {
-                let (mut a, mut b) = (low, high);
-                for _ in 0..BISECTIONS {
-                    let middle = 0.5 * (a + b);
-                    if acceleration(middle) < 0.0 {
-                        a = middle;
-                    } else {
-                        b = middle;
-                    }
-                }
+                let (_, share) = bisect(low, high, BISECTIONS, |share| acceleration(share) < 0.0);
                 let mut state = y.clone();
-                course.after(b * length, &mut state);
-                let further = course.further_of(mode, time + b * length, &state);
+                course.after(share * length, &mut state);
+                let further = course.further_of(mode, time + share * length, &state);
                 hits.push(SectionHit {
                     sizes: larger(sizes, sizes_of(&further, hits.groups())),
                     section: Section {
-                        time: time + b * length,
+                        time: time + share * length,
                         mode,
-                        // Known from the mode of a sliding contact, or from the velocity of an engaged contact.
-                        sense: sense(from, course.relative_velocity(b * length)),
+                        sense: sense(mode, course.relative_velocity(share * length)),
                         further,
                     },
                     kind: None,
@@ -81,14 +74,6 @@ pub(super) fn sections(
         time += length;
     }
     None
-}
-
-fn sense(section: &Section, relative_velocity: f64) -> i8 {
-    match section.mode.sense() {
-        0 if relative_velocity < 0.0 => -1,
-        0 => 1,
-        sense => sense,
-    }
 }
 
 /// Whether the states are constant at `end`, and no less constant than at the earlier `mark`.

@@ -7,7 +7,7 @@ use super::manifold::{Manifold, Measured, What};
 use super::special::{Special, critical_pair};
 use super::station::Station;
 use super::study::ContinuationStudy;
-use crate::analysis::stability::SystemModes;
+use crate::analysis::stability::Modes;
 use crate::cycle::{CycleError, CycleStability, Family, Guess, find, solve};
 use crate::sweep::{Journal, JournalError, PointOutcome};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -330,7 +330,7 @@ impl Explorer<'_> {
             return Err(ExploreError::NotSteady);
         }
         let member = self.family.at(&[value], false).map_err(ExploreError::Case)?;
-        let modes = SystemModes::of_case(&member.system);
+        let modes = Modes::linear(&member.system);
         let point = modes
             .operating_points
             .iter()

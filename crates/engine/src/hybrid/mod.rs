@@ -18,32 +18,25 @@
 //! |---|---|
 //! | `run` | the loop: segment after segment |
 //! | `engine`, `solver` | engines that advance a segment; solvers and their settings |
-//! | `sundials`, `last_step`, `closed_form` | segments by SUNDIALS and in closed form |
+//! | `sundials`, `last_step` | segments by SUNDIALS |
 //! | `dips` | guards that cross their boundary and come back within one step |
 //! | `budget`, `error` | limits on a run without progress; reasons for failure |
-//! | `rounding` | effect of rounding on event times |
-//! | `variation` | derivatives by parameters of the case |
 
 mod budget;
-mod closed_form;
 pub mod dips;
 mod engine;
 mod error;
 mod last_step;
-mod rounding;
 mod run;
 mod solver;
 mod sundials;
-mod variation;
 
 pub use budget::Limits;
-pub use closed_form::{ClosedEnd, ClosedFormEngine, WithClosedForms};
 pub use engine::{Advance, Engine, EngineError, EngineSegment, Fired};
 pub(crate) use error::Overflow;
 pub use error::RunError;
 pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
-pub(crate) use variation::{Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced};
 
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;

@@ -16,7 +16,7 @@ pub enum SolverKind {
     Erk(ErkTable),
     /// Singly diagonally implicit pair, for stiff problems.
     Esdirk,
-    /// [`WithClosedForms`](super::WithClosedForms).
+    /// A solution in closed form, see [`Rules::engine`](super::Rules::engine).
     ClosedForm,
     /// The model's own engine, see [`Rules::engine`](super::Rules::engine).
     Series,

@@ -1,8 +1,10 @@
 //! Stick and separation in closed form, for the automaton.
 
 use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation};
-use crate::hybrid::{ClosedEnd, WithClosedForms};
+use crate::hybrid::{Advance, ChosenSolver, Dynamics as _, Engine, EngineError, EngineSegment, Fired};
+use crate::sundials::Counters;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use stickslip_system::model::Mode;
 use stickslip_system::model::breakaway::{Breakaway, BreakawaySearch};
 use stickslip_system::model::closed_form::LinearMotion;
@@ -57,24 +59,85 @@ impl SystemDynamics {
         let lowest = |tau: f64| least * excitation.lowest_pressing(stretch, t + tau, t + within);
         Some(motion.breakaway(y, torques, search, limit, lowest))
     }
-}
 
-impl WithClosedForms for SystemDynamics {
-    fn closed_state(&self, location: &SystemLocation, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
+    /// Writes the state `tau` (s) after the state `y` in a location with a closed form.
+    pub fn closed_state(&self, location: &SystemLocation, y: &[f64], tau: f64, out: &mut [f64]) {
         match self.motion(location) {
             Some((motion, torques)) => motion.state(y, torques, tau, out),
             None => unreachable!("the plan asks for a closed form where there is one"),
         }
     }
+}
 
-    fn closed_end(&self, location: &SystemLocation, t: f64, y: &[f64], within: f64) -> ClosedEnd {
-        match self.breakaway(location, t, y, within) {
-            Some(Breakaway::After { after, sense }) => ClosedEnd::Guard {
-                after,
-                index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },
-            },
-            Some(Breakaway::NotBefore { until }) => ClosedEnd::Unknown { after: until },
-            Some(Breakaway::NotYet | Breakaway::Never) | None => ClosedEnd::None,
+/// Takes a whole segment as one step, in closed form.
+pub struct ClosedFormEngine {
+    dynamics: Arc<SystemDynamics>,
+    location: Option<SystemLocation>,
+    /// Start and stop, s.
+    span: (f64, f64),
+    start: Vec<f64>,
+    tau: f64,
+    state: Vec<f64>,
+}
+
+impl ClosedFormEngine {
+    /// An engine for a system.
+    pub fn new(dynamics: Arc<SystemDynamics>) -> Self {
+        let zeros = vec![0.0; dynamics.dimension()];
+        ClosedFormEngine {
+            dynamics,
+            location: None,
+            span: (0.0, 0.0),
+            start: zeros.clone(),
+            tau: 0.0,
+            state: zeros,
         }
+    }
+}
+
+impl Engine<SystemLocation> for ClosedFormEngine {
+    fn begin(&mut self, segment: &EngineSegment<'_, SystemLocation>, _: &ChosenSolver) -> Result<(), EngineError> {
+        self.location = Some(segment.location);
+        self.span = (segment.start, segment.stop);
+        self.start.copy_from_slice(segment.state);
+        self.state.copy_from_slice(segment.state);
+        self.tau = 0.0;
+        Ok(())
+    }
+
+    fn advance(&mut self) -> Result<Advance, EngineError> {
+        let location = self.location.ok_or(EngineError::Missing)?;
+        let (start, stop) = self.span;
+        let span = stop - start;
+        let (after, advance) = match self.dynamics.breakaway(&location, start, &self.start, span) {
+            Some(Breakaway::After { after, sense }) if after < span => {
+                let guard = if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 };
+                (after, Advance::Guards(Fired::one(guard)))
+            }
+            Some(Breakaway::NotBefore { until }) if start + until < stop => (until, Advance::Searched),
+            _ => (span, Advance::Stop),
+        };
+        self.dynamics
+            .closed_state(&location, &self.start, after, &mut self.state);
+        self.tau = after;
+        Ok(advance)
+    }
+
+    fn time(&self) -> f64 {
+        self.tau
+    }
+
+    fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+        let location = self.location.ok_or(EngineError::Missing)?;
+        self.dynamics.closed_state(&location, &self.start, tau, out);
+        Ok(())
+    }
+
+    fn counters(&mut self) -> Result<Counters, EngineError> {
+        Ok(Counters::default())
     }
 }

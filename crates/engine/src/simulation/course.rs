@@ -16,6 +16,7 @@ use stickslip_system::model::equations::{
     ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Outside, Side, SystemEquations, WORK,
 };
 use stickslip_system::model::system::{End, System};
+use stickslip_system::numerics::bisection::bisect;
 use stickslip_system::numerics::taylor;
 use stickslip_system::record::{Channels, Sample, State, channel};
 
@@ -483,16 +484,7 @@ impl Course {
         if inside(step) {
             return step;
         }
-        let (mut low, mut high) = (0.0, step);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if inside(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        high
+        bisect(0.0, step, 60, inside).1
     }
 
     /// State of the expansion after `step` (s).

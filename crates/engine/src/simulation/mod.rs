@@ -12,6 +12,7 @@
 //! | `closed_form` | stick and separation in closed form |
 //! | `series`, `expansion` | the engine of `series`: Taylor series and Radau IIA |
 //! | `course` | motion from a known state, within one mode |
+//! | `carried`, `rounding` | derivatives and rounding that are carried along a run |
 //! | `variation` | derivatives of events by parameters |
 //! | `shot` | motion over a given time, with its derivatives |
 //! | `sliding` | initial states, and sliding at a state |
@@ -22,6 +23,7 @@
 //! | `stepping` | explicit steps, and the engine of `rk4` |
 //! | `procedure` | the paper's procedure |
 
+mod carried;
 mod closed_form;
 mod course;
 mod dynamics;
@@ -37,6 +39,7 @@ pub mod procedure;
 mod readings;
 mod regime;
 mod report;
+mod rounding;
 mod rules;
 pub mod sampling;
 pub mod series;
@@ -47,6 +50,8 @@ mod state_readings;
 pub mod stepping;
 mod variation;
 
+pub use carried::deviation_weights;
+pub use closed_form::ClosedFormEngine;
 pub use course::{Course, CourseQuantity, TrainPart, TrainSide};
 pub use course::{TERMS, is_short};
 pub use dynamics::{MarginWatch, SystemDynamics, SystemLocation};
@@ -61,7 +66,6 @@ pub use simulate::natural_period;
 pub use simulate::{Simulation, further, simulate, simulate_from, solver_settings};
 pub use sliding::{moving_state, sliding, state_of_parts, stated_start, weights};
 pub use state_readings::Further;
-pub use variation::deviation_weights;
 pub use variation::{MovedCases, MovedSystem, Variation, variation};
 
 pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};

@@ -1,12 +1,13 @@
 //! Effects of guards and time events of a system.
 
+use super::closed_form::ClosedFormEngine;
 use super::dynamics::{GUARD_FORWARD, MarginWatch, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::foresight::{Foresight, LONG};
 use super::plan::SystemPlan;
 use super::regime::Regimes;
 use super::series::TaylorEngine;
 use super::stepping::FixedSteps;
-use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
+use crate::hybrid::{ChosenSolver, Engine, Fired, Rules, SolverKind, Transition};
 use std::sync::Arc;
 use stickslip_system::friction::Law;
 use stickslip_system::model::axial::{ChangeCause, ContactChange};

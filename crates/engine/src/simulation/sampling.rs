@@ -2,6 +2,7 @@
 
 use super::options::{Around, OutputOptions};
 use std::collections::VecDeque;
+use stickslip_system::numerics::bisection::bisect;
 use stickslip_system::record::{Event, EventKind};
 
 /// Sample times of a run in order, each once: multiples of the interval outside the windows, from + k interval inside
@@ -193,18 +194,7 @@ impl TimesAround {
         if all <= most {
             return;
         }
-        let time_of = |count: f64| {
-            let (mut low, mut high) = (0.0, self.end_time);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if self.count(middle) < count {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            low
-        };
+        let time_of = |count: f64| bisect(0.0, self.end_time, 60, |time| self.count(time) < count).0;
         let (from, to) = (time_of(0.5 * most), time_of(all - 0.5 * most));
         log::warn!(
             "a file has {MOST_AROUND} samples around events at most, and this run would have {all:.0}: there are none from {from:.6} \

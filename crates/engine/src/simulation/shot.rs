@@ -1,16 +1,13 @@
 //! The motion over a given time from a known state, with its derivatives, for the search of periodic motions.
 
+use super::carried::{Carried, CarryingRules, VariationColumn};
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::expansion::Expansion;
 use super::options::{Method, SolverOptions};
 use super::portrait::position;
-use super::rules::SystemRules;
-use super::simulate::prepared;
-use super::variation::{GrowthContact, MovedCases, alike_between_events};
-use crate::hybrid::{
-    self, Carried, CarryingRules, Dynamics as _, Limits, MovedCopy, MovedNumber, Observer, ObserverError, RunError,
-    SegmentReport, Start, StateAt,
-};
+use super::simulate::{SystemStart, prepared};
+use super::variation::{MovedCases, moved_number};
+use crate::hybrid::{self, Dynamics as _, Limits, Observer, ObserverError, RunError, SegmentReport, StateAt};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -585,8 +582,6 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
     }
 }
 
-type SystemStart = Start<SystemLocation>;
-
 /// Derivative of the joined start state by the given state: surfaces that stick have one speed.
 fn start_slopes(dynamics: &SystemDynamics, start: &SystemStart) -> DMatrix<f64> {
     let n = dynamics.system.mechanical();
@@ -612,41 +607,14 @@ fn numbers(
     (dynamics, start): (&SystemDynamics, &SystemStart),
     moved: &[MovedCases],
     solver: &SolverOptions,
-) -> Vec<MovedNumber<SystemDynamics, SystemRules>> {
+) -> Vec<VariationColumn> {
     let slopes = start_slopes(dynamics, start);
-    let of_state = slopes.column_iter().map(|slope| MovedNumber {
-        copies: Vec::new(),
-        start: slope.into_owned(),
-        in_equations: false,
-        rounded: None,
-    });
-    let mut all: Vec<_> = of_state.collect();
-    all.extend(moved.iter().map(|number| {
-        let copies = number.copies.iter().map(|copy| {
-            let (dynamics, rules, _) = prepared(
-                (&copy.system, copy.threshold),
-                Some((time.0, &start.state)),
-                solver,
-                time.1,
-            );
-            MovedCopy {
-                dynamics,
-                rules: rules.resolving_all(),
-                weight: copy.weight,
-                bend: copy.bend,
-            }
-        });
-        MovedNumber {
-            copies: copies.collect(),
-            start: DVector::zeros(slopes.nrows()),
-            in_equations: number
-                .copies
-                .iter()
-                .any(|copy| !alike_between_events(system, &copy.system)),
-            rounded: None,
-        }
-    }));
-    all
+    let of_state = slopes
+        .column_iter()
+        .map(|slope| VariationColumn::of_state(slope.into_owned()));
+    let from = Some((time.0, &start.state[..]));
+    let of_case = |cases: &MovedCases| moved_number(system, cases, from, solver, time.1).0;
+    of_state.chain(moved.iter().map(of_case)).collect()
 }
 
 /// The motion of a system from `state` at `from` (s) over `time` (s), in a closed contact. `threshold` is in rad/s.
@@ -713,8 +681,7 @@ pub fn shoot(
         ),
         Some(moved) => {
             let columns = numbers((system, (from, end_time)), (&dynamics, &start), moved, &solver);
-            let measures = Box::new(GrowthContact::new(&dynamics));
-            let carried = Carried::new(dynamics.clone(), measures, n, f64::INFINITY, columns).beside_borders();
+            let carried = Carried::new(dynamics.clone(), f64::INFINITY, columns).beside_borders();
             let carried = Arc::new(Mutex::new(carried));
             let mut rules = CarryingRules::new(rules, carried.clone());
             let finish = hybrid::run(&dynamics, &mut rules, start, end_time, limits, &mut tape);

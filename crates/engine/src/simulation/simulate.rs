@@ -119,13 +119,16 @@ pub struct Simulation<'a> {
     pub further: bool,
 }
 
+/// Start of a run of a system.
+pub(super) type SystemStart = Start<SystemLocation>;
+
 /// Equations, rules and start of a run: at t = 0, or as in [`simulate_from`]. The threshold is in rad/s.
 pub(super) fn prepared(
     (system, threshold): (&System, f64),
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end: f64,
-) -> (Arc<SystemDynamics>, SystemRules, Start<SystemLocation>) {
+) -> (Arc<SystemDynamics>, SystemRules, SystemStart) {
     let dynamics = Arc::new(SystemDynamics::new(system, threshold));
     let (time, mut state) = match from {
         Some((time, state)) => (time, state.to_vec()),

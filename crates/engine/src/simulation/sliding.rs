@@ -1,8 +1,8 @@
 //! Initial states of a motion, and sliding at a state without events.
 
+use super::carried::deviation_weights;
 use super::dynamics::{SystemDynamics, SystemLocation};
 use super::portrait::{position, state_of};
-use super::variation::deviation_weights;
 use crate::hybrid::Dynamics as _;
 use nalgebra::{DMatrix, DVector};
 use stickslip_system::model::Mode;

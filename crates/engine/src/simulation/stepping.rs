@@ -7,6 +7,7 @@ use crate::sundials::{Coefficients, Counters};
 use nalgebra::Complex;
 use std::sync::Arc;
 use stickslip_system::model::Torsion;
+use stickslip_system::numerics::bisection::bisect;
 
 /// An explicit Runge-Kutta method with its scratch, for states of the type `S`: an array or a vector of numbers.
 #[derive(Debug)]
@@ -117,16 +118,7 @@ fn limit(method: &Coefficients, root: Complex<f64>) -> f64 {
     let Some(first) = (1..=RESOLUTION).map(|k| k as f64 * step).find(|&z| grows(z)) else {
         return FARTHEST / size;
     };
-    let (mut low, mut high) = (first - step, first);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if grows(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    low / size
+    bisect(first - step, first, 50, |z| !grows(z)).0 / size
 }
 
 /// A remainder of a segment below this share of a step deserves no step of its own.

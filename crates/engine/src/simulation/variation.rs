@@ -1,21 +1,17 @@
-//! Derivatives of a run's events by parameters of its case: [`hybrid::Carried`](crate::hybrid::Carried) for a system.
+//! Derivatives of a run's events by parameters of its case.
 
-use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation};
-use super::simulate::prepared;
+use super::carried::{Carried, CarryingRules, MovedCopy, Passage, VariationColumn};
+use super::simulate::{SystemStart, prepared};
 use super::state_readings::StateReadings;
-use crate::hybrid::{
-    Carried, CarryingRules, Fired, Measures, MovedCopy, MovedNumber, Passage, Replaced, RunError, Transition,
-};
+use crate::hybrid::RunError;
 use crate::simulation::observer::Recording;
 use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, automaton};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
-use stickslip_system::model::Mode;
-use stickslip_system::model::equations::{Engagement, Outside, SystemEquations};
-use stickslip_system::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slow_momenta};
+use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::System;
-use stickslip_system::record::{EventDigest, EventKind, Recorder};
+use stickslip_system::record::{EventDigest, Recorder};
 
 /// A system with one parameter moved.
 pub struct MovedSystem {
@@ -46,105 +42,32 @@ pub struct Variation {
     pub alike: Vec<bool>,
 }
 
-/// Factors that make the components of a deviation comparable: for a twist the frequency of its inertia on its shaft,
-/// rad/s; otherwise 1.
-pub fn deviation_weights(system: &SystemEquations) -> Vec<f64> {
-    let mut weights = vec![1.0; system.mechanical()];
-    for side in [&system.rotor, &system.stator] {
-        for i in 0..side.shafts() {
-            weights[side.twists + 2 * i] = side.own_frequency(i);
-        }
-    }
-    weights
-}
-
-/// Growth starts at a loss of stability.
-pub(super) struct GrowthContact {
-    dynamics: Arc<SystemDynamics>,
-    weights: Vec<f64>,
-}
-
-impl GrowthContact {
-    pub(super) fn new(dynamics: &Arc<SystemDynamics>) -> GrowthContact {
-        GrowthContact {
-            dynamics: dynamics.clone(),
-            weights: deviation_weights(&dynamics.system),
-        }
-    }
-}
-
-impl Measures<SystemLocation, EventKind> for GrowthContact {
-    fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    fn derives_apart(&self, location: &SystemLocation) -> bool {
-        location.mode == Mode::Stick
-    }
-
-    fn starts_growth(&self, kind: &EventKind) -> bool {
-        *kind == EventKind::Destabilised
-    }
-
-    fn carry_over(
-        &self,
-        location: &SystemLocation,
-        t: f64,
-        fired: Option<(Fired, f64)>,
-        transitions: &[Transition<EventKind, SystemLocation>],
-        change: &mut [f64],
-    ) {
-        let reaches = |mode: Mode| location.mode != mode && transitions.iter().any(|one| one.location.mode == mode);
-        let joins = match (fired, location.mode) {
-            (Some(_), Mode::Stick) => true,
-            (Some(_), Mode::Engaged) => false,
-            (Some((fired, _)), _) => fired.contains(GUARD_STOPPING),
-            (None, _) => reaches(Mode::Stick),
-        };
-        let system = &self.dynamics.system;
-        if joins {
-            // The map is linear in the state and the speeds of the ends.
-            let dt = fired.map_or(0.0, |fired| fired.1);
-            system.join(&self.dynamics.outside_rates(location, t).scaled(dt), change);
-        }
-        if let (Engagement::Bristles(.., at), true) = (&system.engagement, reaches(Mode::Separated)) {
-            change[*at] = 0.0;
-        }
-    }
-
-    /// A kick is added to the slow manifold, at the point with the state's momentum.
-    fn replaced(
-        &self,
-        location: &SystemLocation,
-        t: f64,
-        y: &[f64],
-        transitions: &[Transition<EventKind, SystemLocation>],
-    ) -> Option<Replaced> {
-        let SystemDynamics { system, excitation, .. } = &*self.dynamics;
-        let kick = transitions.iter().find(|one| one.kind == Some(EventKind::Kick))?;
-        let kept = system.twist_rates().all(|rate| kick.state[rate - 1] == y[rate - 1]);
-        if kept || location.mode.sense() == 0 || !has_slow_manifold(system) {
-            return None;
-        }
-        let pressing = excitation.line(location.stretch, t);
-        let slip = Slip::undriven(location.sign(), location.piece, &pressing);
-        let slow = on_slow_manifold(system, &slip, y);
-        let momentum = |k: usize| {
-            let mut unit = vec![0.0; system.dimension];
-            unit[k] = 1.0;
-            slow_momenta(system, &Outside::default(), &unit).iter().sum()
-        };
-        // Rounding is counted elsewhere.
-        let error = if slow.settled { Vec::new() } else { slow.error };
-        Some(Replaced {
-            error: error.into_iter().take(system.mechanical()).collect(),
-            kept: DVector::from_fn(system.mechanical(), |k, _| momentum(k)),
-        })
-    }
+/// A moved parameter whose copies begin at `from` (s, with the state; `None`: at their own starts), without effect on
+/// the initial state, and the starts of its copies.
+pub(super) fn moved_number(
+    system: &System,
+    cases: &MovedCases,
+    from: Option<(f64, &[f64])>,
+    solver: &SolverOptions,
+    end_time: f64,
+) -> (VariationColumn, Vec<SystemStart>) {
+    let copy = |copy: &MovedSystem| {
+        let (dynamics, rules, start) = prepared((&copy.system, copy.threshold), from, solver, end_time);
+        let moved = MovedCopy::new((dynamics, rules), copy.weight, copy.bend);
+        (moved, start)
+    };
+    let (copies, starts) = cases.copies.iter().map(copy).unzip();
+    let differs = |copy: &MovedSystem| !alike_between_events(system, &copy.system);
+    let column = VariationColumn {
+        copies,
+        in_equations: cases.copies.iter().any(differs),
+        ..VariationColumn::of_state(DVector::zeros(SystemEquations::new(system).mechanical()))
+    };
+    (column, starts)
 }
 
 /// Whether two systems differ in kicks and initial state at most.
-pub(super) fn alike_between_events(one: &System, other: &System) -> bool {
+fn alike_between_events(one: &System, other: &System) -> bool {
     let other = System {
         kicks: one.kicks.clone(),
         initial: one.initial.clone(),
@@ -170,40 +93,21 @@ pub fn variation(
         method: Method::Series,
         ..solver.clone()
     };
-    let prepared = |of: (&System, f64)| prepared(of, None, &solver, output.end_time);
-    let (dynamics, rules, start) = prepared((system, threshold));
+    let (dynamics, rules, start) = prepared((system, threshold), None, &solver, output.end_time);
     let mut alike = vec![true; numbers.len()];
     let mut columns = Vec::with_capacity(numbers.len());
-    for (moved, alike) in numbers.iter().zip(&mut alike) {
-        let mut copies = Vec::with_capacity(moved.copies.len());
-        let mut slope = DVector::zeros(dynamics.system.mechanical());
-        let in_equations = moved
-            .copies
-            .iter()
-            .any(|copy| !alike_between_events(system, &copy.system));
-        for moved in &moved.copies {
-            let (dynamics, rules, begins) = prepared((&moved.system, moved.threshold));
+    for (cases, alike) in numbers.iter().zip(&mut alike) {
+        let (mut column, starts) = moved_number(system, cases, None, &solver, output.end_time);
+        for (copy, begins) in cases.copies.iter().zip(starts) {
             *alike &= begins.location.mode == start.location.mode;
-            for (slope, state) in slope.iter_mut().zip(&begins.state) {
-                *slope += moved.weight * state;
+            for (slope, state) in column.slope.iter_mut().zip(&begins.state) {
+                *slope += copy.weight * state;
             }
-            copies.push(MovedCopy {
-                dynamics,
-                rules: rules.resolving_all(),
-                weight: moved.weight,
-                bend: moved.bend,
-            });
         }
-        columns.push(MovedNumber {
-            copies,
-            start: slope,
-            in_equations,
-            rounded: moved.rounded,
-        });
+        column.rounded = cases.rounded;
+        columns.push(column);
     }
-    let measures = Box::new(GrowthContact::new(&dynamics));
-    let mechanical = dynamics.system.mechanical();
-    let carried = Carried::new(dynamics.clone(), measures, mechanical, output.end_time, columns);
+    let carried = Carried::new(dynamics.clone(), output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));
     let mut rules = CarryingRules::new(rules, carried.clone());
     let readings = StateReadings {

@@ -3,6 +3,7 @@
 use super::parameters::{HIGH_SPEED, LOW_SPEED, LawParameter, LawValue, SCALE, numbers};
 use super::{Bounds, Factors, Law, LawSeries};
 use crate::numerics::Number;
+use crate::numerics::bisection::bisect;
 use crate::numerics::taylor::{Unfolding, zeros};
 
 const LARGEST_EXPONENT: usize = 4;
@@ -18,9 +19,6 @@ const NEGLIGIBLE: f64 = 1e-18;
 
 /// The largest |d^2 exp(-u^delta)/du^2| at u >= 0, rounded up, for delta = 1 to 4.
 const LARGEST_CURVATURE: [f64; LARGEST_EXPONENT] = [1.0, 2.0, 2.16, 3.84];
-
-/// Halvings of an interval of speeds down to neighbouring doubles.
-const HALVINGS: usize = 1100;
 
 /// mu(x) = mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x, x = |omega_r|. With delta = 2 it is flat at rest, falls,
 /// and with mu_v rises again. With delta = 1 and mu_v = 0 it is the exponential law with alpha = 1/x_s.
@@ -119,18 +117,7 @@ impl Stribeck {
             if value(from) == 0.0 || value(to) == 0.0 || sign(from) == sign(to) {
                 return None;
             }
-            let (mut a, mut b) = (from, to);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (a + b);
-                if middle == a || middle == b {
-                    break;
-                }
-                if sign(middle) == sign(from) {
-                    a = middle
-                } else {
-                    b = middle
-                }
-            }
+            let (a, b) = bisect(from, to, usize::MAX, |x| sign(x) == sign(from));
             Some(if value(a).abs() < value(b).abs() { a } else { b })
         };
         // Above this speed the slope is mu_v to the last digit.

@@ -3,8 +3,8 @@
 //! The equations are those of the paper. Torques are differences of angles that reach hundreds of radians, and
 //! friction changes its sign inside the right-hand side. Reference runs use [`super::equations`], which explains why.
 
-use super::system::{ContactLaw, End, KickSide, Pressing, System, Train};
-use super::{Axial, BreakawayTest, Mode};
+use super::system::System;
+use super::{Axial, BreakawayTest, Contact, Mode, Parameters, Torsion};
 use crate::friction::{Backward, FrictionLaw, Law};
 use crate::signal::Pieces;
 
@@ -43,17 +43,9 @@ pub type AbsoluteState = [f64; DIMENSION];
 /// The paper's two disks: a free rotor whose surface is on a shaft, and a surface on an equal shaft to the ground.
 #[derive(Debug)]
 pub struct AbsoluteModel {
-    /// I, kg m^2.
-    rotor_inertia: f64,
-    /// J, kg m^2, of each surface.
-    surface_inertia: f64,
-    /// k_t, N m/rad, of each shaft.
-    stiffness: f64,
-    /// c_t, N m s/rad, of each shaft.
-    damping: f64,
-    radius: f64,
+    torsion: Torsion,
+    contact: Contact,
     breakaway: f64,
-    breakaway_test: BreakawayTest,
     /// mu(x), see `law_of`.
     pub law: FrictionLaw,
     backward: Option<Backward>,
@@ -68,48 +60,22 @@ impl AbsoluteModel {
     /// Takes the parameters of a system of two equal disks without initial twist. Only the axial motion and kicks on
     /// both surfaces may act on it; `None` for other systems.
     pub fn new(system: &System) -> Option<Self> {
-        let (rotor, stator, initial) = (&system.rotor, &system.stator, &system.initial);
-        let Pressing::Axial { axial, actuation } = &system.pressing else {
-            return None;
-        };
-        let ([surface_inertia, rotor_inertia], [of_stator]) = (&rotor.inertia[..], &stator.inertia[..]) else {
-            return None;
-        };
-        let ([stiffness], [damping]) = (&rotor.stiffness[..], &rotor.damping[..]) else {
-            return None;
-        };
-        let undriven = |train: &Train| train.torque.is_none() && train.viscous.iter().all(|&viscous| viscous == 0.0);
-        let rest = |values: &[f64]| values.iter().all(|&value| value == 0.0);
-        let &speed = initial.rotor_speed.first()?;
-        let is_two_disks = matches!((&rotor.end, &stator.end), (End::Free, End::Fixed))
-            && of_stator == surface_inertia
-            && (&rotor.stiffness, &rotor.damping) == (&stator.stiffness, &stator.damping)
-            && undriven(rotor)
-            && undriven(stator)
-            && system.contact == ContactLaw::StickSlip
-            && system.kicks.iter().all(|kick| kick.on == KickSide::Both)
-            && initial.rotor_speed.iter().all(|&other| other == speed)
-            && [&initial.rotor_twist, &initial.stator_twist, &initial.stator_speed].map(|values| rest(values))
-                == [true; 3];
-        is_two_disks.then(|| AbsoluteModel {
-            rotor_inertia: *rotor_inertia,
-            surface_inertia: *surface_inertia,
-            stiffness: *stiffness,
-            damping: *damping,
-            radius: system.radius,
-            breakaway: system.breakaway,
-            breakaway_test: system.breakaway_test,
-            backward: system.law.backward(),
-            law: system.law.clone(),
-            axial: *axial,
-            force: actuation.pieces(),
-            speed,
+        let disks = Parameters::of(system)?;
+        Some(AbsoluteModel {
+            torsion: disks.torsion,
+            contact: disks.contact,
+            breakaway: disks.friction.breakaway,
+            backward: disks.friction.law.backward(),
+            law: disks.friction.law,
+            axial: disks.axial,
+            force: disks.actuation.pieces(),
+            speed: disks.initial.speed,
         })
     }
 
     /// T_n = 2 pi sqrt(J/k_t), s.
     pub fn natural_period(&self) -> f64 {
-        std::f64::consts::TAU / (self.stiffness / self.surface_inertia).sqrt()
+        std::f64::consts::TAU / (self.torsion.stiffness / self.torsion.surface_inertia).sqrt()
     }
 
     /// The state at t = 0: only the rotor and its surface move.
@@ -134,8 +100,8 @@ impl AbsoluteModel {
     fn torques(&self, y: &AbsoluteState) -> (f64, f64) {
         let (rate, twist) = (y[THETA_DOT] - y[PHI2_DOT], y[THETA] - y[PHI2]);
         (
-            self.damping * rate + self.stiffness * twist,
-            self.damping * y[PHI1_DOT] + self.stiffness * y[PHI1],
+            self.torsion.damping * rate + self.torsion.stiffness * twist,
+            self.torsion.damping * y[PHI1_DOT] + self.torsion.stiffness * y[PHI1],
         )
     }
 
@@ -147,7 +113,7 @@ impl AbsoluteModel {
 
     /// T_f / r, N.
     pub fn internal_force(&self, y: &AbsoluteState) -> f64 {
-        self.transmitted_torque(y) / self.radius
+        self.transmitted_torque(y) / self.contact.radius
     }
 
     fn law_of(&self, sense: f64) -> &FrictionLaw {
@@ -166,7 +132,7 @@ impl AbsoluteModel {
                 let (sense, twist_rate) = (f64::from(mode.sense()), y[THETA_DOT] - y[PHI2_DOT]);
                 let x = sense * (y[THETA_DOT] - twist_rate - y[PHI1_DOT]);
                 let mu = self.law_of(sense).coefficient(x);
-                sense * mu * self.radius * normal_force
+                sense * mu * self.contact.radius * normal_force
             }
         }
     }
@@ -174,12 +140,12 @@ impl AbsoluteModel {
     /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad, in slip with sense `s`.
     pub fn stability_margin(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> f64 {
         let (_, slope) = self.law_of(sense).coefficient_and_slope(sense * relative_velocity);
-        self.damping + 2.0 * self.radius * normal_force * slope
+        self.torsion.damping + 2.0 * self.contact.radius * normal_force * slope
     }
 
     /// Whether the margin is not negative. Without damping it has the sign of the friction law's slope.
     pub fn is_stable(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> bool {
-        if self.damping != 0.0 {
+        if self.torsion.damping != 0.0 {
             return self.stability_margin(sense, relative_velocity, normal_force) >= 0.0;
         }
         !self.law.only_falls() && self.stability_margin(sense, relative_velocity, 1.0) >= 0.0
@@ -191,7 +157,7 @@ impl AbsoluteModel {
             Some(backward) if sense < 0.0 => backward.breakaway,
             _ => self.breakaway,
         };
-        breakaway * self.radius * normal_force
+        breakaway * self.contact.radius * normal_force
     }
 
     /// Contact state by (5) and (9): stick if |omega_r| < `epsilon` (rad/s) and the tested torque is within mu_0 r
@@ -202,7 +168,7 @@ impl AbsoluteModel {
             return Mode::Separated;
         }
         let w = self.relative_velocity(y);
-        let torque = match self.breakaway_test {
+        let torque = match self.contact.breakaway_test {
             BreakawayTest::Transmitted => self.transmitted_torque(y),
             BreakawayTest::Stator => self.torques(y).1,
             BreakawayTest::Rotor => self.torques(y).0,
@@ -226,9 +192,9 @@ impl AbsoluteModel {
             let normal_force = self.pressing_force(y).max(0.0);
             let sense = if w == 0.0 { f64::from(mode.sense()) } else { w.signum() };
             let mu = self.law_of(sense).coefficient(w.abs());
-            sense * mu * self.radius * normal_force
+            sense * mu * self.contact.radius * normal_force
         };
-        let ((t_r, t_s), j) = (self.torques(y), self.surface_inertia);
+        let ((t_r, t_s), j) = (self.torques(y), self.torsion.surface_inertia);
         let (phi2_ddot, phi1_ddot) = if mode == Mode::Stick {
             let both = (t_r - t_s) / (2.0 * j);
             (both, both)
@@ -243,7 +209,7 @@ impl AbsoluteModel {
         } = self.axial;
         let (force, twist_rate) = (self.force.value(t), y[THETA_DOT] - y[PHI2_DOT]);
         dydt[THETA] = y[THETA_DOT];
-        dydt[THETA_DOT] = -t_r / self.rotor_inertia;
+        dydt[THETA_DOT] = -t_r / self.torsion.rotor_inertia;
         dydt[PHI1] = y[PHI1_DOT];
         dydt[PHI1_DOT] = phi1_ddot;
         dydt[PHI2] = y[PHI2_DOT];
@@ -251,8 +217,8 @@ impl AbsoluteModel {
         dydt[Z] = y[Z_DOT];
         dydt[Z_DOT] = (-force - damping * y[Z_DOT] - stiffness * y[Z]) / mass;
         dydt[FRICTION_LOSS] = interface * w;
-        dydt[DAMPING_LOSS] =
-            self.damping * (twist_rate * twist_rate + y[PHI1_DOT] * y[PHI1_DOT]) + damping * y[Z_DOT] * y[Z_DOT];
+        dydt[DAMPING_LOSS] = self.torsion.damping * (twist_rate * twist_rate + y[PHI1_DOT] * y[PHI1_DOT])
+            + damping * y[Z_DOT] * y[Z_DOT];
         dydt[WORK] = -force * y[Z_DOT];
     }
 
@@ -277,13 +243,15 @@ impl AbsoluteModel {
 
     /// Kinetic energy of the disks and of the axial motion, J.
     pub fn kinetic_energy(&self, y: &AbsoluteState) -> f64 {
-        let surfaces = self.surface_inertia * (y[PHI1_DOT] * y[PHI1_DOT] + y[PHI2_DOT] * y[PHI2_DOT]);
-        0.5 * (self.rotor_inertia * y[THETA_DOT] * y[THETA_DOT] + surfaces + self.axial.mass * y[Z_DOT] * y[Z_DOT])
+        let surfaces = self.torsion.surface_inertia * (y[PHI1_DOT] * y[PHI1_DOT] + y[PHI2_DOT] * y[PHI2_DOT]);
+        0.5 * (self.torsion.rotor_inertia * y[THETA_DOT] * y[THETA_DOT]
+            + surfaces
+            + self.axial.mass * y[Z_DOT] * y[Z_DOT])
     }
 
     /// Elastic energy of both twists and of the axial motion, J.
     pub fn elastic_energy(&self, y: &AbsoluteState) -> f64 {
         let twist = y[THETA] - y[PHI2];
-        0.5 * self.stiffness * (twist * twist + y[PHI1] * y[PHI1]) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
+        0.5 * self.torsion.stiffness * (twist * twist + y[PHI1] * y[PHI1]) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
     }
 }

@@ -840,8 +840,13 @@ impl SystemEquations {
         matrix.resize(self.mechanical(), self.mechanical(), 0.0)
     }
 
-    /// Factor that converts a component of the state to a speed.
-    fn weight(&self, index: usize) -> f64 {
+    /// Factor that converts a component of the mechanical state to a speed; for bristles, to a share of friction.
+    pub fn weight(&self, index: usize) -> f64 {
+        if let Engagement::Bristles(stiffness, .., at) = self.engagement
+            && at == index
+        {
+            return stiffness;
+        }
         let of = |side: &Side| {
             let shaft = index.checked_sub(side.twists)?;
             (shaft % 2 == 0 && shaft / 2 < side.shafts()).then(|| side.own_frequency(shaft / 2))

@@ -216,6 +216,12 @@ pub fn rates(system: &SystemEquations, kappa: f64, slow: Slow) -> Rates {
     }
 }
 
+/// Largest real part of the fast modes in a slip, 1/s.
+pub fn fast_growth_rate(system: &SystemEquations, kappa: f64) -> f64 {
+    let rates = fast_modes(system, kappa).into_iter().map(|mode| mode.re);
+    rates.fold(f64::NEG_INFINITY, f64::max)
+}
+
 /// Least angular frequency of the fast modes in a slip under constant friction, 1/s.
 pub fn least_fast_frequency(system: &SystemEquations) -> f64 {
     let modes = fast_modes(system, 0.0).into_iter().map(|mode| mode.norm());

@@ -2,6 +2,7 @@
 //! IIA collocation, whose steps can be longer than the oscillation.
 
 pub mod band;
+pub mod bisection;
 pub mod chebyshev;
 pub mod eigenvalues;
 pub mod number;

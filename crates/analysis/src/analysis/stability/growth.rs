@@ -1,6 +1,6 @@
 //! Amplification of a perturbation by unstable sliding before the first stick.
 
-use super::smooth_sliding::Slowing;
+use super::sliding_path::Slowing;
 use stickslip_engine::simulation::natural_period;
 use stickslip_system::friction::Law;
 use stickslip_system::model::stability::{FastModes, Forecast};
@@ -60,7 +60,8 @@ impl Growth {
         // Sliding is smooth on both sides of the instability.
         let start = path.point(unstable.time, &unstable.before);
         let speed = unstable.before.relative_velocity.abs();
-        let mut rates = path.rates_before(start, speed, earliest);
+        let mut rates = Vec::new();
+        path.steps(&mut rates, start, speed, earliest);
         rates.reverse();
         rates.append(&mut path.rates_to_stop(start, speed, end));
         let positive = |rate: f64| rate.max(0.0);

@@ -15,6 +15,7 @@
 use nalgebra::Complex;
 use serde::Serialize;
 use stickslip_system::model::equations::Side;
+use stickslip_system::numerics::bisection::bisect;
 
 /// Zeros are sought from the smallest natural frequency divided by this factor to the largest one multiplied by it.
 const BEYOND: f64 = 1e4;
@@ -123,29 +124,24 @@ impl ImpedanceCrossings {
             });
         }
         for pair in reactance.windows(2) {
-            let (mut below, mut above) = (pair[0], pair[1]);
+            let (below, above) = (pair[0], pair[1]);
             let rises = above.1 > below.1;
             if !(below.1.is_finite() && above.1.is_finite()) || (below.1 < 0.0) == (above.1 < 0.0) {
                 continue;
             }
             let size = below.1.abs().max(above.1.abs());
-            loop {
-                let middle = 0.5 * (below.0 + above.0);
-                if middle <= below.0 || middle >= above.0 {
-                    break;
-                }
-                let at = (middle, impedance(middle).im);
-                if (at.1 < 0.0) == (pair[0].1 < 0.0) {
-                    below = at;
-                } else {
-                    above = at;
-                }
-            }
+            let like_below = |omega: f64| (impedance(omega).im < 0.0) == (below.1 < 0.0);
+            let ends = bisect(below.0, above.0, usize::MAX, like_below);
+            let [first, second] = [ends.0, ends.1].map(|omega| (omega, impedance(omega)));
             // At an undamped resonance the reactance jumps; no resistance is left to cross.
-            let nearest = if below.1.abs() <= above.1.abs() { below } else { above };
-            if nearest.1.abs() <= size {
+            let nearest = if first.1.im.abs() <= second.1.im.abs() {
+                first
+            } else {
+                second
+            };
+            if nearest.1.im.abs() <= size {
                 found.push(ImpedanceCrossing {
-                    resistance: impedance(nearest.0).re.max(0.0),
+                    resistance: nearest.1.re.max(0.0),
                     angular_frequency: nearest.0,
                     change: if rises { 2 } else { -2 },
                 });

@@ -1,13 +1,13 @@
 //! The linearised equations of two trains as matrices, and their eigenvalues.
 
 use super::impedance::ImpedanceCrossings;
-use super::modes_report::{ShapeComponent, SystemMode};
+use super::modes::{ShapeComponent, SystemMode};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 use stickslip_system::friction::Law;
 use stickslip_system::model::equations::{Driving, Engagement, Outside, Side, SystemEquations};
 use stickslip_system::model::{Axial, Mode};
-use stickslip_system::numerics::eigenvalues::eigenvalues;
+use stickslip_system::numerics::eigenvalues::{eigenvalues, null_vector};
 
 /// Fraction of the largest eigenvalue below which eigenvalues and real parts are rounding.
 pub(super) const ROUNDING: f64 = 1e-12;
@@ -60,41 +60,15 @@ pub(super) fn columns(system: &SystemEquations) -> (DVector<f64>, DVector<f64>) 
     (b, g)
 }
 
-/// Weight of each state, 1/s: the shaft's frequency for a twist, otherwise 1.
-fn weights(system: &SystemEquations) -> Vec<f64> {
-    let mut weights = vec![1.0; system.mechanical()];
-    for side in [&system.rotor, &system.stator] {
-        for i in 0..side.shafts() {
-            let inertia = |k: usize| side.inertia.get(k).map_or(0.0, |j| 1.0 / j);
-            let frequency = (side.stiffness[i] * (inertia(i) + inertia(i + 1))).sqrt();
-            if frequency > 0.0 {
-                weights[side.twists + 2 * i] = frequency;
-            }
-        }
-    }
-    if let Engagement::Bristles(stiffness, .., at) = system.engagement {
-        weights[at] = stiffness;
-    }
-    weights
-}
-
-/// The matrix in scaled states: the same eigenvalues with less rounding.
-pub(super) fn scaled(system: &SystemEquations, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let weights = weights(system);
-    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        matrix[(i, j)] * weights[i] / weights[j]
-    })
-}
-
 /// Basis of motion in stick: omega_r = 0, and fixed surfaces if both trains are held.
 pub(super) fn stuck(system: &SystemEquations) -> DMatrix<f64> {
     let (_, g) = columns(system);
-    let (n, weights) = (g.len(), weights(system));
-    let mut held = vec![DVector::from_fn(n, |k, _| g[k] / weights[k])];
+    let n = g.len();
+    let mut held = vec![DVector::from_fn(n, |k, _| g[k] / system.weight(k))];
     if system.rotor.speed.is_none() && system.stator.speed.is_none() {
         let offset = |k: usize| {
             if k + 1 < n && k.is_multiple_of(2) {
-                g[k + 1] / weights[k]
+                g[k + 1] / system.weight(k)
             } else {
                 0.0
             }
@@ -123,7 +97,7 @@ pub(super) fn stuck(system: &SystemEquations) -> DMatrix<f64> {
 /// Eigenvalues with Im >= 0 and right eigenvectors, the fastest first.
 fn eigenmodes(
     matrix: &DMatrix<f64>,
-    describe: impl Fn(LinearEigenvalue, Vec<Complex<f64>>) -> SystemMode,
+    describe: impl Fn(LinearEigenvalue, DVector<Complex<f64>>) -> SystemMode,
 ) -> Vec<SystemMode> {
     if matrix.nrows() == 0 {
         return Vec::new();
@@ -144,7 +118,10 @@ fn eigenmodes(
             angular_frequency: if real(&lambda) || still { 0.0 } else { lambda.im },
             magnitude: lambda.norm(),
         };
-        describe(of, eigenvector(matrix, lambda))
+        describe(
+            of,
+            null_vector(matrix, lambda).unwrap_or_else(|| DVector::zeros(matrix.nrows())),
+        )
     };
     kept.into_iter().map(mode).collect()
 }
@@ -178,25 +155,6 @@ impl LinearEigenvalue {
     }
 }
 
-/// Right singular vector of the least singular value of A - lambda.
-fn eigenvector(matrix: &DMatrix<f64>, lambda: Complex<f64>) -> Vec<Complex<f64>> {
-    let n = matrix.nrows();
-    let shifted = DMatrix::from_fn(n, n, |i, j| {
-        Complex::from(matrix[(i, j)]) - if i == j { lambda } else { Complex::from(0.0) }
-    });
-    let decomposition = shifted.svd(false, true);
-    let least = decomposition
-        .singular_values
-        .iter()
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(b.1))
-        .map_or(n - 1, |(k, _)| k);
-    decomposition
-        .v_t
-        .map(|v_t| v_t.row(least).iter().map(|c| c.conj()).collect())
-        .unwrap_or_default()
-}
-
 /// Modes of the axial oscillator (1), m z'' + c_a z' + k_e z = 0.
 pub(super) fn axial_modes(axial: &Axial) -> Vec<SystemMode> {
     let omega = (axial.stiffness / axial.mass).sqrt();
@@ -211,23 +169,20 @@ pub(super) fn axial_modes(axial: &Axial) -> Vec<SystemMode> {
 
 pub(super) fn modes_of(
     system: &SystemEquations,
-    matrix: &DMatrix<f64>,
+    matrix: DMatrix<f64>,
     stuck: Option<&DMatrix<f64>>,
 ) -> Vec<SystemMode> {
-    let whole = scaled(system, matrix);
+    let whole = system.balanced(matrix);
     let inner = match stuck {
         Some(basis) => basis.transpose() * &whole * basis,
         None => whole,
     };
-    let weights = weights(system);
     eigenmodes(&inner, |of, vector| {
-        let moved: Vec<Complex<f64>> = match stuck {
-            Some(basis) => (0..basis.nrows())
-                .map(|i| (0..vector.len()).map(|j| vector[j] * basis[(i, j)]).sum())
-                .collect(),
+        let moved = match stuck {
+            Some(basis) => basis.map(Complex::from) * vector,
             None => vector,
         };
-        let bodies = bodies(system, &weights, &moved, stuck.is_some());
+        let bodies = bodies(system, moved.as_slice(), stuck.is_some());
         let largest = largest(bodies.iter().map(|body| body.velocity));
         let shape = bodies.iter().map(|body| {
             let relative = if largest.norm() > 0.0 {
@@ -269,11 +224,11 @@ impl LinearBody {
     }
 }
 
-fn bodies(system: &SystemEquations, weights: &[f64], moved: &[Complex<f64>], joined: bool) -> Vec<LinearBody> {
+fn bodies(system: &SystemEquations, moved: &[Complex<f64>], joined: bool) -> Vec<LinearBody> {
     let part = |of: fn(&Complex<f64>) -> f64| -> Vec<f64> {
         let mut y = vec![0.0; system.dimension];
         for (k, value) in moved.iter().enumerate() {
-            y[k] = of(value) / weights[k];
+            y[k] = of(value) / system.weight(k);
         }
         y
     };
@@ -363,7 +318,7 @@ pub(super) fn crossings(system: &SystemEquations, creeps: bool) -> ImpedanceCros
     let mut natural = Vec::new();
     for mode in [Mode::Separated, Mode::Stick] {
         let matrix = jacobian(system, mode, 1.0, &rest, &y);
-        let found = eigenvalues(&scaled(system, &matrix));
+        let found = eigenvalues(&system.balanced(matrix));
         let largest = found.iter().map(|l| l.norm()).fold(0.0, f64::max);
         for lambda in found {
             let frequencies = [lambda.norm(), lambda.im.abs()];

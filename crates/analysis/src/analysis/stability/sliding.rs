@@ -1,14 +1,15 @@
 //! Steady sliding of two trains, and changes of its stability.
 
 use super::impedance::{ImpedanceCrossings, SlidingVerdict};
-use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
-use super::modes_report::{ChangeSearch, OperatingPoint, StabilityChange};
+use super::linear::{ROUNDING, columns, crossings, jacobian, state};
+use super::modes::{ChangeSearch, OperatingPoint, StabilityChange};
 use std::f64::consts::TAU;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::margin::slowing;
 use stickslip_system::model::system::{End, System, Train};
+use stickslip_system::numerics::bisection::bisect;
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
 const DECADES: i32 = 9;
@@ -137,7 +138,7 @@ impl<'a> Sliding<'a> {
         }
         let (outside, y) = state(system, x, force);
         let matrix = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
-        let mut found = eigenvalues(&scaled(system, &matrix));
+        let mut found = eigenvalues(&system.balanced(matrix));
         found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
         // Sliding that slows down by itself is not a disturbance.
@@ -154,7 +155,7 @@ impl<'a> Sliding<'a> {
     fn frequency(&self, system: &SystemEquations, crossings: &ImpedanceCrossings, x: f64, force: f64) -> Option<f64> {
         let omega = if self.has_bristles() {
             let (outside, y) = state(system, x, force);
-            let found = eigenvalues(&scaled(system, &jacobian(system, Mode::Engaged, 1.0, &outside, &y)));
+            let found = eigenvalues(&system.balanced(jacobian(system, Mode::Engaged, 1.0, &outside, &y)));
             let rounding = ROUNDING * found.iter().map(|l| l.norm()).fold(0.0, f64::max);
             let moving = found.iter().filter(|l| l.norm() > rounding);
             moving
@@ -375,19 +376,9 @@ fn search(
 }
 
 /// Bisection to the last digit between `below` and `above`, where `holds` has different values.
-fn turn(mut below: f64, mut above: f64, holds: impl Fn(f64) -> bool) -> f64 {
+fn turn(below: f64, above: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let first = holds(below);
-    loop {
-        let middle = 0.5 * (below + above);
-        if middle <= below || middle >= above {
-            return above;
-        }
-        if holds(middle) == first {
-            below = middle;
-        } else {
-            above = middle;
-        }
-    }
+    bisect(below, above, usize::MAX, |x| holds(x) == first).1
 }
 
 fn changes(grid: &[f64], verdict: impl Fn(f64) -> SlidingVerdict) -> SlidingChanges {

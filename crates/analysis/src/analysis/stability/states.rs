@@ -2,6 +2,7 @@
 
 use super::impedance::SlidingVerdict;
 use super::linear::{axial_modes, jacobian, modes_of, state, stuck};
+use super::modes::{Driven, MissingModes, Modes, OperatingPoint, SystemMode, SystemState};
 use super::sliding::{Balance, Base, Sliding, balance};
 use nalgebra::DMatrix;
 use stickslip_system::friction::Law;
@@ -10,11 +11,6 @@ use stickslip_system::model::equations::{Outside, SystemEquations};
 use stickslip_system::model::margin::{slowing, twice_resistance};
 use stickslip_system::model::system::{End, Pressing, System, Train};
 use stickslip_system::signal::Drive;
-
-pub use super::modes_report::{
-    ChangeSearch, Driven, MissingModes, OperatingPoint, ShapeComponent, StabilityChange, SystemMode, SystemModes,
-    SystemState,
-};
 
 /// Final value of a signal; the mean of a harmonic.
 fn settled(drive: &Drive) -> (f64, &'static str) {
@@ -32,9 +28,9 @@ fn settled(drive: &Drive) -> (f64, &'static str) {
     }
 }
 
-impl SystemModes {
-    /// Modes of a system.
-    pub fn of_case(trains: &System) -> SystemModes {
+impl Modes {
+    /// Linear modes, steady sliding, and changes of its stability: everything that takes no run.
+    pub fn linear(trains: &System) -> Modes {
         let settled = Settled::new(trains);
         let Settled {
             ref sliding,
@@ -67,7 +63,7 @@ impl SystemModes {
             ..Outside::default()
         };
         let of = |mode: Mode, sense: f64, outside: &Outside, y: &[f64], basis: Option<&DMatrix<f64>>| {
-            modes_of(system, &jacobian(system, mode, sense, outside, y), basis)
+            modes_of(system, jacobian(system, mode, sense, outside, y), basis)
         };
         add("separated", None, of(Mode::Separated, 1.0, &pressed, &rest, None));
         if sliding.is_engaged() {
@@ -130,7 +126,8 @@ impl SystemModes {
         };
         let critical_rotor_damping = damping("critical damping of the rotor", &trains.rotor, |k| (k, 1.0));
         let critical_stator_damping = damping("critical damping of the stator", &trains.stator, |k| (1.0, k));
-        SystemModes {
+        Modes {
+            slowing: None,
             driving: settled.driving,
             operating_points,
             states,

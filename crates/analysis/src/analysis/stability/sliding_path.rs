@@ -1,13 +1,14 @@
 //! Smooth (kick-free) sliding that slows down by itself: motion on the slow manifold. The only variable is the
 //! momentum of the free train. If the motion is unstable, no solver of the full equations stays on the manifold.
+//!
+//! Where sliding changes too fast for a slow manifold, the free train moves as one rigid inertia.
 
-use super::growth_rate::fast_growth_rate;
 use stickslip_engine::simulation::Excitation;
 use stickslip_system::friction::{FrictionLaw, Law};
 use stickslip_system::model::equations::{Driving, Outside, Side, SystemEquations};
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::slow_manifold::{Momenta, Slip, SlowSeries, has_slow_manifold, slow_momenta};
-use stickslip_system::model::stability::Braking;
+use stickslip_system::model::stability::{Braking, fast_growth_rate};
 use stickslip_system::model::system::System;
 use stickslip_system::numerics::taylor;
 use stickslip_system::record::State;
@@ -19,11 +20,12 @@ pub(crate) type SlidingPoint = (f64, f64);
 const PATH_ORDER: usize = 6;
 const PATH_ROUNDS: usize = 3;
 
-/// Piece index for the whole friction law.
+/// Piece index for a friction law without knots.
 const WHOLE: usize = usize::MAX;
 
-/// Steps from the start to the stop for constant friction.
+/// Steps from the start to the stop for constant friction, and from one knot of the friction law to the next.
 const STEPS: f64 = 300.0;
+const PIECE_STEPS: f64 = 64.0;
 
 /// Length of a path, in stopping times under the first friction torque.
 const FARTHEST: f64 = 10.0;
@@ -54,17 +56,8 @@ const MOST_SERIES: usize = 200;
 /// exact to 1e-9 s. Beyond it the manifold's series diverges, and two orders can differ by a factor of five in G.
 const LARGEST_TIME_SCALE_RATIO: f64 = 0.04;
 
-const PIECE_STEPS: f64 = 64.0;
-
 /// Relative distance within which a speed counts as a knot. Events at knots are located no better.
 const AT_KNOT: f64 = 1e-9;
-
-enum PieceEnd {
-    Left(SlidingPoint),
-    /// Time (s) and speed (rad/s) at which steady sliding becomes too fast for the slow manifold.
-    TooFast(f64, f64),
-    Over,
-}
 
 #[derive(Debug)]
 pub(crate) struct Slowing {
@@ -93,11 +86,12 @@ impl Slowing {
         })
     }
 
-    pub fn path(&self, sense: f64) -> SmoothSliding<'_> {
-        SmoothSliding {
+    pub fn path(&self, sense: f64) -> SlidingPath<'_> {
+        SlidingPath {
             of: self,
             sense,
             piece: WHOLE,
+            rigid: false,
         }
     }
 
@@ -140,14 +134,16 @@ impl Slowing {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SmoothSliding<'a> {
+pub(crate) struct SlidingPath<'a> {
     of: &'a Slowing,
     sense: f64,
     /// Piece of a friction law with knots, extended smoothly beyond them; or [`WHOLE`].
     piece: usize,
+    /// Whether the free train moves as one inertia.
+    rigid: bool,
 }
 
-impl SmoothSliding<'_> {
+impl<'a> SlidingPath<'a> {
     /// Uses the momentum if the state has all speeds, otherwise the relative velocity.
     pub fn point(&self, time: f64, state: &State) -> SlidingPoint {
         let rotor = [state.theta_dot - state.rotor_twist_rate, state.theta_dot];
@@ -172,18 +168,14 @@ impl SmoothSliding<'_> {
         let mut momentum = self.sense * inertia * speed;
         // The twist rates contribute at most a fraction J/I, which each round improves; nothing without a slow
         // manifold.
-        let rounds = if self.time_scale_ratio(time, speed) > LARGEST_TIME_SCALE_RATIO {
-            0
-        } else {
-            6
-        };
+        let rounds = if self.is_too_fast(time, speed) { 0 } else { 6 };
         for _ in 0..rounds {
             momentum += self.sense * inertia * (speed - self.speed((time, momentum)));
         }
         (time, momentum)
     }
 
-    fn law(&self) -> &FrictionLaw {
+    fn law(&self) -> &'a FrictionLaw {
         self.of.system.law_in(self.sense, self.piece)
     }
 
@@ -208,6 +200,9 @@ impl SmoothSliding<'_> {
 
     /// Torque of friction and bearings on the free train, N m: the negative rate of its momentum.
     pub fn torque(&self, point: SlidingPoint) -> f64 {
+        if self.rigid {
+            return self.sense * self.of.inertia() * self.rigid_slowing(point.0, self.speed(point));
+        }
         let y = self.state(point);
         let (system, free) = (&self.of.system, self.of.free());
         let force = self.pressing(point.0)[0];
@@ -221,6 +216,9 @@ impl SmoothSliding<'_> {
 
     /// |omega_r|, rad/s; negative after the stop.
     pub fn speed(&self, point: SlidingPoint) -> f64 {
+        if self.rigid {
+            return self.sense * point.1 / self.of.inertia();
+        }
         self.speed_of(&self.state(point))
     }
 
@@ -238,81 +236,86 @@ impl SmoothSliding<'_> {
         (t + step, momentum + step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0)
     }
 
-    /// (t, Re lambda) from `start` (excluded; |omega_r| = `start_speed`, rad/s) back to `until`, latest first.
-    pub(crate) fn rates_before(&self, start: SlidingPoint, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
-        let inertia = self.of.inertia();
+    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), by steps under any force: to the stop or
+    /// time `until`, or back to an earlier `until`, latest first. A law with knots is followed piece by piece, because
+    /// with the whole law a momentum near a knot could belong to two pieces.
+    pub(crate) fn steps(mut self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, speed: f64, until: f64) {
+        let (knots, back) = (self.law().knots(), until < start.0);
+        let mut x = speed;
+        if !knots.is_empty() {
+            // At a knot, sliding continues on the lower piece, or backward on the upper piece.
+            let beside = if back { 1.0 + AT_KNOT } else { 1.0 - AT_KNOT };
+            self.piece = knots.partition_point(|knot| *knot < speed * beside);
+            x = self.speed(start);
+        }
         let mut corners = self.corners_between(start.0, until).into_iter().peekable();
-        let (mut point, mut rates) = (start, Vec::new());
-        if self.time_scale_ratio(start.0, start_speed) > LARGEST_TIME_SCALE_RATIO {
-            let (time, speed) = self.rigid(&mut rates, start.0, start_speed, until);
-            if time <= until {
-                return rates;
-            }
-            point = self.point_of_speed(time, speed);
-        }
-        if !self.law().knots().is_empty() {
-            let speed = if rates.is_empty() {
-                start_speed
-            } else {
-                self.speed(point)
+        let mut point = start;
+        loop {
+            let knot = match back {
+                true => knots.get(self.piece),
+                false => self.piece.checked_sub(1).and_then(|below| knots.get(below)),
             };
-            self.by_pieces(&mut rates, point, speed, until);
-            return rates;
+            let edge = knot.copied().unwrap_or(if back { f64::INFINITY } else { 0.0 });
+            let inside = |x: f64| if back { x < edge } else { x > edge };
+            rates.push((point.0, self.rate(point.0, x)));
+            let mut fall = self.fall_ahead(point, x, edge);
+            while inside(x) {
+                if self.rigid != self.is_too_fast(point.0, x) {
+                    self.rigid = !self.rigid;
+                    point = self.point_of_speed(point.0, x);
+                    fall = self.fall_ahead(point, x, edge);
+                }
+                while corners
+                    .next_if(|&c| if back { c >= point.0 } else { c <= point.0 })
+                    .is_some()
+                {}
+                let target = corners.peek().copied().unwrap_or(until);
+                let left = (until - point.0).abs();
+                let fall = match back {
+                    true => self.of.inertia() * self.fall_back(x, edge),
+                    false => fall,
+                };
+                let mut step = self.longest_step(point.0, x, fall);
+                if !back && self.piece == WHOLE {
+                    step = step.min((until - start.0) / STEPS);
+                }
+                let least = if rates.len() > MOST_STEPS { left / STEPS } else { 0.0 };
+                let mut next = self.toward(point, target, step.max(least));
+                if next.0 == point.0 {
+                    return;
+                }
+                let mut next_speed = self.speed(next);
+                if !inside(next_speed) {
+                    next = self.advanced(point, (x - edge) / (x - next_speed) * (next.0 - point.0));
+                    next_speed = edge;
+                }
+                (point, x) = (next, next_speed);
+                rates.push((point.0, self.rate(point.0, x)));
+            }
+            match (knot, back) {
+                (None, _) => return,
+                (Some(_), true) => self.piece += 1,
+                (Some(_), false) => self.piece -= 1,
+            }
+            x = self.speed(point);
         }
-        while point.0 > until {
-            while corners.next_if(|&c| c >= point.0).is_some() {}
-            let target = corners.peek().copied().unwrap_or(until).max(until);
-            let speed = self.speed(point);
-            let fall = self.fall_back(speed);
-            let least = least_step(rates.len(), point.0 - until);
-            point = self.toward(
-                point,
-                target,
-                self.longest_step(point.0, speed, inertia * fall).max(least),
-            );
-            rates.push((point.0, self.growth(point)));
-        }
-        rates
     }
 
-    /// Largest change of speed from `x` in one step back, rad/s.
-    fn fall_back(&self, x: f64) -> f64 {
+    /// Change of the momentum (N m s) in one step towards the stop, or towards the speed `edge` (rad/s) of a knot.
+    fn fall_ahead(&self, point: SlidingPoint, x: f64, edge: f64) -> f64 {
+        match self.piece {
+            WHOLE => point.1.abs() / STEPS,
+            _ => self.of.inertia() * (x - edge) / PIECE_STEPS,
+        }
+    }
+
+    /// Largest change of speed from `x` in one step back on a piece that ends at `edge`, rad/s.
+    fn fall_back(&self, x: f64, edge: f64) -> f64 {
         let (of_speed, of_friction) = BACK_SHARE;
-        (of_speed * x).max(of_friction / self.law().steepness_rate(x))
-    }
-
-    /// Adds (t, Re lambda) after `time` for a rigid free train: forward to the stop or `until`, or back to `until` or
-    /// to the point where steady sliding is slow against its twists. Returns the final time and speed.
-    fn rigid(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
-        let (inertia, back) = (self.of.inertia(), until < time);
-        let way = if back { -1.0 } else { 1.0 };
-        let goes_on = |t: f64, x: f64| match back {
-            true => t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO,
-            false => t < until && x > 0.0,
-        };
-        let (mut t, mut x) = (time, speed);
-        while goes_on(t, x) {
-            let left = (until - t).abs();
-            let fall = if back {
-                inertia * self.fall_back(x)
-            } else {
-                inertia * speed / STEPS
-            };
-            let step = self
-                .longest_step(t, x, fall)
-                .max(least_step(rates.len(), left))
-                .min(left);
-            if t + way * step == t {
-                break;
-            }
-            let middle = x - 0.5 * way * step * self.rigid_slowing(t, x);
-            let drop = way * step * self.rigid_slowing(t + 0.5 * way * step, middle);
-            // The last step ends at the stop.
-            let part = if drop > x { x / drop } else { 1.0 };
-            (t, x) = (t + part * way * step, (x - drop).max(0.0));
-            rates.push((t, self.rate(t, x)));
+        match self.piece {
+            WHOLE => (of_speed * x).max(of_friction / self.law().steepness_rate(x)),
+            _ => (of_speed * x).min((edge - x).max(x) / PIECE_STEPS),
         }
-        (t, x)
     }
 
     /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop; without a stop at least to `end`.
@@ -328,20 +331,20 @@ impl SmoothSliding<'_> {
         if self.sense * start.1 <= 0.0 {
             return rates;
         }
-        if !self.law().knots().is_empty() {
-            self.by_pieces(&mut rates, start, speed, end);
-            return rates;
-        }
         let mut at = Some((start, speed));
-        if self.of.excitation.is_silent(start.0) && self.of.excitation.next_corner(start.0).is_none() {
+        let smooth = self.law().knots().is_empty();
+        if smooth && self.of.excitation.is_silent(start.0) && self.of.excitation.next_corner(start.0).is_none() {
             at = self.series_to_stop(&mut rates, start, speed, end);
         }
-        if let Some((point, speed)) = at
-            && let Some((time, speed)) = self.steps_to_stop(&mut rates, point, speed, end)
-        {
-            self.rigid(&mut rates, time, speed, end);
+        if let Some((point, speed)) = at {
+            self.steps(&mut rates, point, speed, end);
         }
         rates
+    }
+
+    /// Whether steady sliding is too fast for its slow manifold.
+    fn is_too_fast(&self, t: f64, x: f64) -> bool {
+        self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO
     }
 
     /// Ratio of the rates of steady sliding and of the twists
@@ -361,42 +364,6 @@ impl SmoothSliding<'_> {
         self.of
             .braking
             .slowing(self.law().coefficient(x), self.pressing(t)[0], x)
-    }
-
-    /// Adds (t, Re lambda) after `start` by steps under any force, to the stop or `end`. Otherwise returns the time
-    /// and speed at which steady sliding becomes too fast for its slow manifold.
-    fn steps_to_stop(
-        &self,
-        rates: &mut Vec<(f64, f64)>,
-        start: SlidingPoint,
-        speed: f64,
-        end: f64,
-    ) -> Option<(f64, f64)> {
-        let fall = start.1.abs() / STEPS;
-        let mut corners = self.corners_between(start.0, end).into_iter().peekable();
-        let (mut point, mut x) = (start, speed);
-        while point.0 < end && x > 0.0 {
-            if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
-                return Some((point.0, x));
-            }
-            while corners.next_if(|&c| c <= point.0).is_some() {}
-            let target = corners.peek().copied().unwrap_or(end);
-            let least = least_step(rates.len(), end - point.0);
-            let step = self
-                .longest_step(point.0, x, fall)
-                .min((end - start.0) / STEPS)
-                .max(least);
-            let next = self.toward(point, target, step);
-            if next.0 <= point.0 {
-                break;
-            }
-            let speed = self.speed(next);
-            let part = if speed < 0.0 { x / (x - speed) } else { 1.0 };
-            point = (point.0 + part * (next.0 - point.0), next.1);
-            x = speed.max(0.0);
-            rates.push((point.0, self.rate(point.0, x)));
-        }
-        None
     }
 
     fn rate(&self, t: f64, x: f64) -> f64 {
@@ -456,70 +423,6 @@ impl SmoothSliding<'_> {
         Some((point, speed))
     }
 
-    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), piece by piece: to the stop or time
-    /// `until`, or back to an earlier `until`, latest first. With the whole law, a momentum near a knot could belong
-    /// to two pieces.
-    fn by_pieces(&self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, speed: f64, until: f64) {
-        let (knots, back) = (self.law().knots(), until < start.0);
-        // At a knot, sliding continues on the lower piece, or backward on the upper piece.
-        let beside = if back { 1.0 + AT_KNOT } else { 1.0 - AT_KNOT };
-        let mut piece = knots.partition_point(|knot| *knot < speed * beside);
-        let mut point = start;
-        loop {
-            let path = SmoothSliding { piece, ..*self };
-            let (next, edge) = match back {
-                true => (Some(piece + 1).filter(|next| *next <= knots.len()), knots.get(piece)),
-                false => (piece.checked_sub(1), piece.checked_sub(1).map(|below| &knots[below])),
-            };
-            let edge = edge.copied().unwrap_or(if back { f64::INFINITY } else { 0.0 });
-            match (path.steps_on_piece(rates, point, edge, until), next) {
-                (PieceEnd::Left(left), Some(next)) => (point, piece) = (left, next),
-                (PieceEnd::TooFast(time, speed), _) => {
-                    self.rigid(rates, time, speed, until);
-                    return;
-                }
-                _ => return,
-            }
-        }
-    }
-
-    /// Adds (t, Re lambda) from `start` to the speed `edge` (rad/s) or time `until`, in either direction.
-    fn steps_on_piece(&self, rates: &mut Vec<(f64, f64)>, start: SlidingPoint, edge: f64, until: f64) -> PieceEnd {
-        let back = until < start.0;
-        let inside = |x: f64| if back { x < edge } else { x > edge };
-        let (mut point, mut x) = (start, self.speed(start));
-        let part_of_piece = (x - edge) / PIECE_STEPS;
-        let mut corners = self.corners_between(start.0, until).into_iter().peekable();
-        rates.push((point.0, self.rate(point.0, x)));
-        while point.0 != until && inside(x) {
-            if !back && self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
-                return PieceEnd::TooFast(point.0, x);
-            }
-            while corners.next_if_eq(&point.0).is_some() {}
-            let target = corners.peek().copied().unwrap_or(until);
-            let fall = match back {
-                true => (BACK_SHARE.0 * x).min((edge - x).max(x) / PIECE_STEPS),
-                false => part_of_piece,
-            };
-            let next = self.piece_step(rates.len(), point, target, fall, x);
-            if next.0 == point.0 {
-                return PieceEnd::Over;
-            }
-            let speed = self.speed(next);
-            if !inside(speed) {
-                let last = self.advanced(point, (x - edge) / (x - speed) * (next.0 - point.0));
-                rates.push((last.0, self.rate(last.0, edge)));
-                return PieceEnd::Left(last);
-            }
-            (point, x) = (next, speed);
-            rates.push((point.0, self.rate(point.0, x)));
-        }
-        match inside(x) {
-            true => PieceEnd::Over,
-            false => PieceEnd::Left(point),
-        }
-    }
-
     fn corners_between(&self, from: f64, until: f64) -> Vec<f64> {
         let within = from.min(until)..from.max(until);
         let corners = self.of.excitation.corners().iter().copied();
@@ -528,15 +431,6 @@ impl SmoothSliding<'_> {
             corners.reverse();
         }
         corners
-    }
-
-    /// Step toward time `target`, limited by the change `fall` of the speed `x` (rad/s) and by the force.
-    fn piece_step(&self, taken: usize, point: SlidingPoint, target: f64, fall: f64, x: f64) -> SlidingPoint {
-        let by_force = self.longest_step(point.0, x, f64::INFINITY);
-        let least = least_step(taken, (target - point.0).abs());
-        let slowing = self.rigid_slowing(point.0, x);
-        // NaN without friction: no bound.
-        self.toward(point, target, (fall / slowing).min(by_force).max(least))
     }
 
     fn toward(&self, point: SlidingPoint, target: f64, size: f64) -> SlidingPoint {
@@ -562,14 +456,16 @@ impl SmoothSliding<'_> {
             // Root of slope tau + curvature tau^2 / 2 = change, without cancellation.
             2.0 * change / (slope + (slope * slope + 2.0 * curvature * change).sqrt())
         };
-        let coefficient = self.law().coefficient_bounds(0.0, f64::INFINITY);
-        let most = coefficient.most * self.of.system.radius;
-        let pressing = if still { force } else { force + change };
-        (fall / (most * pressing + self.of.braking.viscous * x.abs())).min(by_force)
+        let torque = match self.piece {
+            WHOLE => {
+                let most = self.law().coefficient_bounds(0.0, f64::INFINITY).most * self.of.system.radius;
+                let pressing = if still { force } else { force + change };
+                most * pressing + self.of.braking.viscous * x.abs()
+            }
+            // A piece has no bounds beyond its ends.
+            _ => self.of.inertia() * self.rigid_slowing(t, x),
+        };
+        // NaN without friction: no bound.
+        (fall / torque).min(by_force)
     }
-}
-
-/// Shortest step after `taken` earlier ones, with `left` (s) remaining.
-fn least_step(taken: usize, left: f64) -> f64 {
-    if taken > MOST_STEPS { left / STEPS } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! Derivatives of a hybrid run by parameters: of the state and of the event times.
+//! Derivatives of a run by parameters: of the state and of the event times.
 //!
 //! With F the right-hand side of a segment, the derivative d of the state by a parameter p obeys d' = F_y d + F_p.
 //! Radau IIA, which is linear here, integrates d along with the run. An event has a guard h or a time T(p), and a map M
@@ -10,23 +10,31 @@
 //! ```
 //!
 //! (saltation). F_p, h_p, M_p and T' are differences between copies of the whole system with the parameter moved, on
-//! the path of the run. The derivatives of h and M by time and state are the model's own ([`Dynamics::guard_slopes`],
-//! [`Measures::carry_over`]).
+//! the path of the run. The derivatives of h and M by time and state are the equations' own.
 //!
 //! Deviations of the state are further columns: unit deviations since the last event carry rounding
 //! ([`super::rounding`]); unit deviations since a loss of stability measure growth. Growth restarts if an earlier one
 //! has died out, or if an event replaces the state.
 
+use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation};
 use super::rounding::{Rounded, RoundingVariance};
-use super::{
-    Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired, Rules, SolverKind, StateAt, Transition,
+use super::rules::SystemRules;
+use crate::hybrid::{
+    Advance, ChosenSolver, Dynamics as _, Engine, EngineError, EngineSegment, Fired, Rules, SolverKind, StateAt,
+    Transition,
 };
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::ops::{AddAssign, Range};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use stickslip_system::model::Mode;
+use stickslip_system::model::equations::{Engagement, Outside, SystemEquations};
+use stickslip_system::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slow_momenta};
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 use stickslip_system::numerics::radau_tableau::RadauTableau;
+use stickslip_system::record::EventKind;
+
+type EventTransition = Transition<EventKind, SystemLocation>;
 
 /// Radau IIA with these stages has order 13.
 const STAGES: usize = 7;
@@ -57,72 +65,48 @@ const TIME_ROUNDING: f64 = 32.0;
 
 /// A copy of the system with one parameter moved. The weights of all copies of a parameter add up to zero; the sum of
 /// weight times value is the derivative of the value.
-pub(crate) struct MovedCopy<D, R> {
-    pub dynamics: Arc<D>,
+pub(crate) struct MovedCopy {
+    pub dynamics: Arc<SystemDynamics>,
     /// Rules that lead to the same events in the same order, without instants that change nothing.
-    pub rules: R,
+    pub rules: SystemRules,
     /// Weight per unit of the parameter.
     pub weight: f64,
     /// Weight of the test for a bend: the sum over the copies of this times value vanishes if the value has equal
     /// slopes on both sides.
     pub bend: f64,
-}
-
-struct Moved<D, R> {
-    of: MovedCopy<D, R>,
     next: Option<f64>,
     last: f64,
 }
 
-impl<D, R> Moved<D, R> {
-    fn new(of: MovedCopy<D, R>) -> Self {
-        Moved {
-            of,
+impl MovedCopy {
+    pub fn new((dynamics, rules): (Arc<SystemDynamics>, SystemRules), weight: f64, bend: f64) -> Self {
+        MovedCopy {
+            dynamics,
+            rules: rules.resolving_all(),
+            weight,
+            bend,
             next: None,
             last: f64::NEG_INFINITY,
         }
     }
 }
 
-/// A moved parameter. Without copies, the parameter affects the initial state alone.
-pub(crate) struct MovedNumber<D, R> {
-    pub copies: Vec<MovedCopy<D, R>>,
-    /// d(initial state)/d(parameter), for the components that the motion depends on.
-    pub start: DVector<f64>,
+/// Effect of a parameter, or of a deviation of the state, on the state. Without copies, a parameter affects the initial
+/// state alone.
+pub(crate) struct VariationColumn {
+    pub copies: Vec<MovedCopy>,
+    /// Derivative of the components that the motion depends on; at first that of the initial state.
+    pub slope: DVector<f64>,
     /// Whether the copies' equations differ from the run's.
     pub in_equations: bool,
     /// Value of the parameter, if its rounding counts.
     pub rounded: Option<f64>,
 }
 
-pub(crate) trait Measures<L, K>: Send {
-    /// Factors that make the components comparable.
-    fn weights(&self) -> &[f64];
-
-    /// Whether the equations of a location have separately derived constants.
-    fn derives_apart(&self, location: &L) -> bool;
-
-    /// Whether growth of deviations starts at such an event if no earlier growth persists.
-    fn starts_growth(&self, kind: &K) -> bool;
-
-    /// Maps a change of the state before an event, at the event's moved time, to the change after it. `fired`: the
-    /// guards that set the event off, with the shift of its time (s); `None` if the time is prescribed.
-    fn carry_over(
-        &self,
-        location: &L,
-        t: f64,
-        fired: Option<(Fired, f64)>,
-        transitions: &[Transition<K, L>],
-        change: &mut [f64],
-    );
-
-    /// Error of the new state, and the quantity that is kept, if the rules replace the state at an event.
-    fn replaced(&self, location: &L, t: f64, y: &[f64], transitions: &[Transition<K, L>]) -> Option<Replaced>;
-}
-
-pub(crate) struct Replaced {
-    pub error: Vec<f64>,
-    pub kept: DVector<f64>,
+/// Error of a state that replaces the present one at an event, and the quantity that is kept.
+struct Replaced {
+    error: Vec<f64>,
+    kept: DVector<f64>,
 }
 
 /// Effect of small changes on an event.
@@ -137,16 +121,18 @@ pub struct Passage {
     pub rounding: f64,
 }
 
-struct VariationColumn<D, R> {
-    copies: Vec<Moved<D, R>>,
-    in_equations: bool,
-    rounded: Option<f64>,
-    slope: DVector<f64>,
-}
+impl VariationColumn {
+    pub fn of_state(slope: DVector<f64>) -> Self {
+        VariationColumn {
+            copies: Vec::new(),
+            slope,
+            in_equations: false,
+            rounded: None,
+        }
+    }
 
-impl<D, R> VariationColumn<D, R> {
-    fn sum(&mut self, mut value: impl FnMut(&mut Moved<D, R>) -> Option<f64>) -> f64 {
-        let of = |moved: &mut Moved<D, R>| moved.of.weight * value(moved).unwrap_or(f64::NAN);
+    fn sum(&mut self, mut value: impl FnMut(&mut MovedCopy) -> Option<f64>) -> f64 {
+        let of = |moved: &mut MovedCopy| moved.weight * value(moved).unwrap_or(f64::NAN);
         self.copies.iter_mut().map(of).sum()
     }
 
@@ -156,7 +142,7 @@ impl<D, R> VariationColumn<D, R> {
         let (mut bent, mut most) = (0.0, 0.0f64);
         for moved in &self.copies {
             let change = moved.next.map_or(f64::NAN, |next| next - t);
-            bent += moved.of.bend * change;
+            bent += moved.bend * change;
             most = most.max(change.abs());
         }
         if bent.abs() <= BENT * most + TIME_ROUNDING * f64::EPSILON * t {
@@ -176,13 +162,14 @@ enum VariationSteps {
     Slow,
 }
 
-pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
-    dynamics: Arc<D>,
-    measures: Box<dyn Measures<D::Location, R::Kind>>,
+pub(crate) struct Carried {
+    dynamics: Arc<SystemDynamics>,
+    /// Factors that make the components comparable.
+    weights: Vec<f64>,
     moving: usize,
     /// Columns: the effect of each parameter; the effect of each through separately derived constants; unit deviations
     /// since the last event; unit deviations since the start of growth.
-    columns: Vec<VariationColumn<D, R>>,
+    columns: Vec<VariationColumn>,
     numbers: usize,
     /// If set, a copy with other events than the run gives no derivative.
     same_events: bool,
@@ -213,31 +200,12 @@ fn fastest(jacobian: &DMatrix<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
-    /// Derivatives of a run of `dynamics` by the parameters `numbers`. The motion depends on the first `moving`
-    /// components of the state. A last step that ends at `end` (s) or later is left out, because no event follows;
-    /// with an infinite `end` the last state is included.
-    pub(crate) fn new(
-        dynamics: Arc<D>,
-        measures: Box<dyn Measures<D::Location, R::Kind>>,
-        moving: usize,
-        end: f64,
-        numbers: Vec<MovedNumber<D, R>>,
-    ) -> Self {
-        let count = numbers.len();
-        let column = |number: MovedNumber<D, R>| VariationColumn {
-            copies: number.copies.into_iter().map(Moved::new).collect(),
-            in_equations: number.in_equations,
-            rounded: number.rounded,
-            slope: number.start,
-        };
-        let mut columns: Vec<_> = numbers.into_iter().map(column).collect();
-        columns.extend((0..count + 2 * moving).map(|_| VariationColumn {
-            copies: Vec::new(),
-            in_equations: false,
-            rounded: None,
-            slope: DVector::zeros(moving),
-        }));
+impl Carried {
+    /// Derivatives of a run of `dynamics` by the parameters `columns`. A last step that ends at `end` (s) or later is left
+    /// out, because no event follows; with an infinite `end` the last state is included.
+    pub(crate) fn new(dynamics: Arc<SystemDynamics>, end: f64, mut columns: Vec<VariationColumn>) -> Self {
+        let (count, moving) = (columns.len(), dynamics.system.mechanical());
+        columns.extend((0..count + 2 * moving).map(|_| VariationColumn::of_state(DVector::zeros(moving))));
         let mut carried = Carried {
             columns,
             numbers: count,
@@ -245,8 +213,8 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
             growing: false,
             last: None,
             rounding: RoundingVariance::new(moving),
+            weights: deviation_weights(&dynamics.system),
             dynamics,
-            measures,
             moving,
             end,
             passages: Vec::new(),
@@ -297,7 +265,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     }
 
     fn growth(&self) -> f64 {
-        let (grown, weights) = (self.deviations(self.grown()), self.measures.weights());
+        let (grown, weights) = (self.deviations(self.grown()), &self.weights);
         let scaled = DMatrix::from_fn(self.moving, self.moving, |i, j| grown[(i, j)] * weights[i] / weights[j]);
         match scaled.iter().all(|x| x.is_finite()) {
             true => scaled.singular_values().max().ln(),
@@ -305,19 +273,19 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         }
     }
 
-    fn rates(&self, dynamics: &D, location: &D::Location, t: f64, y: &[f64]) -> Vec<f64> {
+    fn rates(&self, dynamics: &SystemDynamics, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<f64> {
         let mut rates = vec![0.0; y.len()];
         dynamics.rhs(location, t, y, &mut rates);
         rates
     }
 
-    fn jacobian(&self, location: &D::Location, t: f64, y: &[f64]) -> DMatrix<f64> {
+    fn jacobian(&self, location: &SystemLocation, t: f64, y: &[f64]) -> DMatrix<f64> {
         let mut jacobian = DMatrix::zeros(y.len(), y.len());
         self.dynamics.jacobian(location, t, y, jacobian.as_view_mut());
         jacobian.view((0, 0), (self.moving, self.moving)).into_owned()
     }
 
-    fn measure(&mut self, location: &D::Location, t: f64, y: &[f64], anew: bool) {
+    fn measure(&mut self, location: &SystemLocation, t: f64, y: &[f64], anew: bool) {
         let jacobian = self.jacobian(location, t, y);
         let size = jacobian.amax();
         if anew || size > LARGER * self.of_size {
@@ -330,7 +298,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     /// Carries the derivatives over a step from `from` to `to` (s on the segment's clock, which starts at `origin`).
     fn carry(
         &mut self,
-        location: &D::Location,
+        location: &SystemLocation,
         origin: f64,
         (from, to, kind): (f64, f64, VariationSteps),
         at: &mut StateAt<'_>,
@@ -348,7 +316,8 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         };
         let h = (to - from) / steps;
         let forcing: Vec<usize> = (0..self.numbers).filter(|&k| self.columns[k].in_equations).collect();
-        let apart = self.measures.derives_apart(location);
+        // Equations of stick have constants that are derived separately.
+        let apart = location.mode == Mode::Stick;
         let slopes: Vec<DVector<f64>> = self.columns.iter().map(|column| column.slope.clone()).collect();
         let mut slopes = DMatrix::from_columns(&slopes);
         let mut rates = vec![0.0; dimension];
@@ -366,9 +335,9 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
                 jacobians.push(jacobian);
                 for (column, &number) in forcing.iter().enumerate() {
                     for moved in &self.columns[number].copies {
-                        moved.of.dynamics.rhs(location, origin + tau, &y, &mut rates);
+                        moved.dynamics.rhs(location, origin + tau, &y, &mut rates);
                         for k in 0..n {
-                            stages[(i * n + k, n + column)] += moved.of.weight * rates[k];
+                            stages[(i * n + k, n + column)] += moved.weight * rates[k];
                         }
                     }
                 }
@@ -421,9 +390,67 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         &self.factors.insert(factors).lu
     }
 
+    /// Maps a change of the state before an event, at the event's moved time, to the change after it. `fired`: the
+    /// guards that set the event off, with the shift of its time (s); `None` if the time is prescribed.
+    fn carry_over(
+        &self,
+        location: &SystemLocation,
+        t: f64,
+        fired: Option<(Fired, f64)>,
+        transitions: &[EventTransition],
+        change: &mut [f64],
+    ) {
+        let reaches = |mode: Mode| location.mode != mode && transitions.iter().any(|one| one.location.mode == mode);
+        let joins = match (fired, location.mode) {
+            (Some(_), Mode::Stick) => true,
+            (Some(_), Mode::Engaged) => false,
+            (Some((fired, _)), _) => fired.contains(GUARD_STOPPING),
+            (None, _) => reaches(Mode::Stick),
+        };
+        let system = &self.dynamics.system;
+        if joins {
+            // The map is linear in the state and the speeds of the ends.
+            let dt = fired.map_or(0.0, |fired| fired.1);
+            system.join(&self.dynamics.outside_rates(location, t).scaled(dt), change);
+        }
+        if let (Engagement::Bristles(.., at), true) = (&system.engagement, reaches(Mode::Separated)) {
+            change[*at] = 0.0;
+        }
+    }
+
+    /// A kick is added to the slow manifold, at the point with the state's momentum.
+    fn replaced(
+        &self,
+        location: &SystemLocation,
+        t: f64,
+        y: &[f64],
+        transitions: &[EventTransition],
+    ) -> Option<Replaced> {
+        let SystemDynamics { system, excitation, .. } = &*self.dynamics;
+        let kick = transitions.iter().find(|one| one.kind == Some(EventKind::Kick))?;
+        let kept = system.twist_rates().all(|rate| kick.state[rate - 1] == y[rate - 1]);
+        if kept || location.mode.sense() == 0 || !has_slow_manifold(system) {
+            return None;
+        }
+        let pressing = excitation.line(location.stretch, t);
+        let slip = Slip::undriven(location.sign(), location.piece, &pressing);
+        let slow = on_slow_manifold(system, &slip, y);
+        let momentum = |k: usize| {
+            let mut unit = vec![0.0; system.dimension];
+            unit[k] = 1.0;
+            slow_momenta(system, &Outside::default(), &unit).iter().sum()
+        };
+        // Rounding is counted elsewhere.
+        let error = if slow.settled { Vec::new() } else { slow.error };
+        Some(Replaced {
+            error: error.into_iter().take(system.mechanical()).collect(),
+            kept: DVector::from_fn(system.mechanical(), |k, _| momentum(k)),
+        })
+    }
+
     fn guard_slope(
         &self,
-        location: &D::Location,
+        location: &SystemLocation,
         (t, y): (f64, &[f64]),
         change: (f64, &DVector<f64>),
         guard: usize,
@@ -435,7 +462,19 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     }
 }
 
-fn guard_of<D: Dynamics>(dynamics: &D, location: &D::Location, (t, y): (f64, &[f64]), guard: usize) -> f64 {
+/// Factors that make the components of a deviation comparable: for a twist the frequency of its inertia on its shaft,
+/// rad/s; otherwise 1.
+pub fn deviation_weights(system: &SystemEquations) -> Vec<f64> {
+    let mut weights = vec![1.0; system.mechanical()];
+    for side in [&system.rotor, &system.stator] {
+        for i in 0..side.shafts() {
+            weights[side.twists + 2 * i] = side.own_frequency(i);
+        }
+    }
+    weights
+}
+
+fn guard_of(dynamics: &SystemDynamics, location: &SystemLocation, (t, y): (f64, &[f64]), guard: usize) -> f64 {
     let mut values = vec![0.0; dynamics.guards(location).len()];
     dynamics.guard_values(location, t, y, &mut values);
     values[guard]
@@ -448,51 +487,42 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 /// State after the transitions, if there are as many as in the run and, with `same_events`, of the same kinds. Without
 /// `same_events` a copy may decide otherwise about the contact at rest, as near a border between two event sequences;
 /// the surfaces have the same state then.
-fn state_after<K: PartialEq, L>(
-    transitions: &[Transition<K, L>],
-    kinds: &[Option<K>],
-    same_events: bool,
-) -> Option<Vec<f64>> {
-    let alike = |(one, kind): (&Transition<K, L>, &Option<K>)| one.kind == *kind;
+fn state_after(transitions: &[EventTransition], kinds: &[Option<EventKind>], same_events: bool) -> Option<Vec<f64>> {
+    let alike = |(one, kind): (&EventTransition, &Option<EventKind>)| one.kind == *kind;
     let same = transitions.len() == kinds.len() && (!same_events || transitions.iter().zip(kinds).all(alike));
     transitions.last().filter(|_| same).map(|last| last.state.clone())
 }
 
-pub(crate) struct CarryingRules<D: Dynamics, R: Rules<D>> {
-    own: R,
-    carried: Arc<Mutex<Carried<D, R>>>,
+pub(crate) struct CarryingRules {
+    own: SystemRules,
+    carried: Arc<Mutex<Carried>>,
 }
 
-impl<D: Dynamics, R: Rules<D>> CarryingRules<D, R> {
-    pub(crate) fn new(own: R, carried: Arc<Mutex<Carried<D, R>>>) -> Self {
+impl CarryingRules {
+    pub(crate) fn new(own: SystemRules, carried: Arc<Mutex<Carried>>) -> Self {
         CarryingRules { own, carried }
     }
 }
 
-struct Instant<'a, L, K> {
-    location: &'a L,
+struct EventInstant<'a> {
+    location: &'a SystemLocation,
     t: f64,
     y: &'a [f64],
-    transitions: &'a [Transition<K, L>],
+    transitions: &'a [EventTransition],
 }
 
-impl<D, R> Carried<D, R>
-where
-    D: Dynamics,
-    R: Rules<D>,
-    R::Kind: PartialEq,
-{
+impl Carried {
     /// Takes the derivatives over an event. `fired`: the guards that set it off; `None` if its time is a parameter.
     /// `shift` gives d(time) of a column from the flow before the event; `of_copy` is the map of a copy.
     fn pass(
         &mut self,
-        event: &Instant<'_, D::Location, R::Kind>,
+        event: &EventInstant<'_>,
         fired: Option<Fired>,
-        mut shift: impl FnMut(&Self, &mut VariationColumn<D, R>, &DVector<f64>) -> f64,
-        mut of_copy: impl FnMut(&mut Moved<D, R>) -> Vec<Transition<R::Kind, D::Location>>,
+        mut shift: impl FnMut(&Self, &mut VariationColumn, &DVector<f64>) -> f64,
+        mut of_copy: impl FnMut(&mut MovedCopy) -> Vec<EventTransition>,
     ) {
         let Some(last) = event.transitions.last() else { return };
-        let kinds: Vec<Option<R::Kind>> = event.transitions.iter().map(|one| one.kind).collect();
+        let kinds: Vec<Option<EventKind>> = event.transitions.iter().map(|one| one.kind).collect();
         let recorded = kinds.iter().flatten().count();
         let (t, y) = (event.t, event.y);
         let before = self.rates(&self.dynamics, event.location, t, y);
@@ -514,7 +544,7 @@ where
             Some((_, shifts)) => shifts,
             None => columns.iter_mut().map(|column| shift(self, column, &flow)).collect(),
         };
-        let replaced = self.measures.replaced(event.location, t, y, event.transitions);
+        let replaced = self.replaced(event.location, t, y, event.transitions);
         if let Some(replaced) = &replaced {
             // The replacing state lies along the flow.
             let rate = replaced.kept.dot(&flow);
@@ -526,15 +556,14 @@ where
             column.slope.axpy(dt, &flow, 1.0);
             let fired = fired.map(|fired| (fired, dt));
             let change = column.slope.as_mut_slice();
-            self.measures
-                .carry_over(event.location, t, fired, event.transitions, change);
+            self.carry_over(event.location, t, fired, event.transitions, change);
             for (slope, rate) in column.slope.iter_mut().zip(&after) {
                 *slope -= rate * dt;
             }
             for copy in &mut column.copies {
                 let state = state_after(&of_copy(copy), &kinds, self.same_events);
                 for (k, slope) in column.slope.iter_mut().enumerate() {
-                    *slope += copy.of.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
+                    *slope += copy.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
                 }
             }
         }
@@ -542,7 +571,7 @@ where
         if recorded == 0 {
             return;
         }
-        let can_start = kinds.iter().flatten().any(|kind| self.measures.starts_growth(kind));
+        let can_start = kinds.iter().flatten().any(|kind| *kind == EventKind::Destabilised);
         let has_grown = self.growing && self.growth() > 0.0;
         let removed = self.growing && replaced.is_some();
         if can_start && !has_grown || removed {
@@ -560,7 +589,7 @@ where
         });
         let since = DVector::from_column_slice(&shifts[self.since()]);
         let rounding = self.rounding.of_event(&since, rounded);
-        let shares = shifts[self.grown()].iter().zip(self.measures.weights());
+        let shares = shifts[self.grown()].iter().zip(&self.weights);
         let worst = shares
             .map(|(shift, weight)| (shift / weight).powi(2))
             .sum::<f64>()
@@ -584,39 +613,34 @@ where
     }
 }
 
-impl<D, R> Rules<D> for CarryingRules<D, R>
-where
-    D: Dynamics,
-    R: Rules<D> + Send + 'static,
-    R::Kind: PartialEq,
-{
-    type Kind = R::Kind;
+impl Rules<SystemDynamics> for CarryingRules {
+    type Kind = EventKind;
 
-    fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64> {
+    fn next_time_event(&mut self, location: &SystemLocation, t: f64) -> Option<f64> {
         let mut carried = locked(&self.carried);
         for column in &mut carried.columns {
             for moved in &mut column.copies {
-                moved.next = moved.of.rules.next_time_event(location, t.max(moved.last));
+                moved.next = moved.rules.next_time_event(location, t.max(moved.last));
             }
         }
         self.own.next_time_event(location, t)
     }
 
-    fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
+    fn at_time_event(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<EventTransition> {
         let transitions = self.own.at_time_event(location, t, y);
         if transitions.is_empty() {
             // The search for the next instant continues, also in the copies.
             let mut carried = locked(&self.carried);
             let copies = carried.columns.iter_mut().flat_map(|column| &mut column.copies);
             for moved in copies.filter(|moved| moved.next.is_some_and(|next| next <= t)) {
-                moved.of.rules.at_time_event(location, t, y);
+                moved.rules.at_time_event(location, t, y);
             }
             return transitions;
         }
         if transitions.iter().all(|one| one.kind.is_none() && one.state == y) {
             return transitions;
         }
-        let event = Instant {
+        let event = EventInstant {
             location,
             t,
             y,
@@ -630,7 +654,7 @@ where
             |moved| match moved.next {
                 Some(next) => {
                     moved.last = next;
-                    moved.of.rules.at_time_event(location, next, y)
+                    moved.rules.at_time_event(location, next, y)
                 }
                 None => Vec::new(),
             },
@@ -638,15 +662,9 @@ where
         transitions
     }
 
-    fn at_guards(
-        &mut self,
-        location: &D::Location,
-        t: f64,
-        y: &[f64],
-        fired: Fired,
-    ) -> Vec<Transition<R::Kind, D::Location>> {
+    fn at_guards(&mut self, location: &SystemLocation, t: f64, y: &[f64], fired: Fired) -> Vec<EventTransition> {
         let transitions = self.own.at_guards(location, t, y, fired);
-        let event = Instant {
+        let event = EventInstant {
             location,
             t,
             y,
@@ -659,7 +677,7 @@ where
             Some(fired),
             |carried, column, flow| {
                 let slope = |change| carried.guard_slope(location, (t, y), change, guard);
-                let by_number = column.sum(|moved| Some(guard_of(&*moved.of.dynamics, location, (t, y), guard)));
+                let by_number = column.sum(|moved| Some(guard_of(&*moved.dynamics, location, (t, y), guard)));
                 let change = slope((0.0, &column.slope)) + by_number;
                 // A constant guard fires at the start of its segment. The time of a graze has no derivative.
                 if change == 0.0 {
@@ -668,20 +686,20 @@ where
                     -change / slope((1.0, flow))
                 }
             },
-            |moved| moved.of.rules.at_guards(location, t, y, fired),
+            |moved| moved.rules.at_guards(location, t, y, fired),
         );
         transitions
     }
 
-    fn outside(&self, location: &D::Location, t: f64, y: &[f64]) -> Option<String> {
+    fn outside(&self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<String> {
         self.own.outside(location, t, y)
     }
 
-    fn solver(&self, location: &D::Location, t: f64, y: &[f64]) -> ChosenSolver {
+    fn solver(&self, location: &SystemLocation, t: f64, y: &[f64]) -> ChosenSolver {
         self.own.solver(location, t, y)
     }
 
-    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<D::Location>>> {
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<SystemLocation>>> {
         let own = self.own.engine(kind)?;
         Some(Box::new(CarryingEngine {
             own,
@@ -691,7 +709,7 @@ where
         }))
     }
 
-    fn counts(&self, kind: &R::Kind) -> bool {
+    fn counts(&self, kind: &EventKind) -> bool {
         self.own.counts(kind)
     }
 
@@ -700,19 +718,15 @@ where
     }
 }
 
-struct CarryingEngine<D: Dynamics, R: Rules<D>> {
-    own: Box<dyn Engine<D::Location>>,
-    carried: Arc<Mutex<Carried<D, R>>>,
+struct CarryingEngine {
+    own: Box<dyn Engine<SystemLocation>>,
+    carried: Arc<Mutex<Carried>>,
     is_series: bool,
-    place: Option<(D::Location, f64, f64)>,
+    place: Option<(SystemLocation, f64, f64)>,
 }
 
-impl<D, R> Engine<D::Location> for CarryingEngine<D, R>
-where
-    D: Dynamics,
-    R: Rules<D> + Send,
-{
-    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+impl Engine<SystemLocation> for CarryingEngine {
+    fn begin(&mut self, segment: &EngineSegment<'_, SystemLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.place = Some((segment.location, segment.start, segment.stop));
         let mut carried = locked(&self.carried);
         carried.measure(&segment.location, segment.start, segment.state, true);
