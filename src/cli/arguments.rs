@@ -182,7 +182,7 @@ pub(super) struct RunOptions {
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
-    /// Leave out the reference check (witness): a second run by another method.
+    /// Leave out the reference check (witness), a run by another method.
     #[arg(long)]
     pub no_witness: bool,
     /// Exit with 1 if there is a warning, or the reference check differs.
@@ -629,10 +629,10 @@ pub(super) struct PlotOptions {
     /// With a sweep: only points with this value.
     #[arg(long, value_name = "AXIS=VALUE")]
     pub at: Vec<String>,
-    /// Start time, s or with a unit (with --channel, --phase).
+    /// Start time, s or with a unit (--channel, --phase).
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// End time, s or with a unit (with --channel, --phase).
+    /// End time, s or with a unit (--channel, --phase).
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// svg, png or pdf [default: SVG and PNG].
