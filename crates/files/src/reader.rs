@@ -390,7 +390,7 @@ impl ResultFile {
         })?;
         let mut tables = Vec::new();
         for group in groups {
-            let columns = self.table(&group)?;
+            let columns: Vec<Variable> = self.columns_in(&group)?.into_iter().map(|column| column.0).collect();
             if !columns.is_empty() {
                 tables.push((group, columns));
             }
