@@ -1,13 +1,12 @@
 //! Parameters that may differ in a candidate: those of the case, and those that are zero or absent in it.
 
-use super::Bench;
-use super::play::Played;
+use super::evidence::Evidence;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use stickslip_system::model::system::{Pressing, Train};
 use stickslip_system::signal::{Drive, Wave};
 
 #[derive(Debug, Clone)]
-pub(super) struct Unknown {
+pub(crate) struct Unknown {
     pub path: String,
     pub value: f64,
     pub unit: f64,
@@ -15,7 +14,7 @@ pub(super) struct Unknown {
     pub mistaken: Vec<f64>,
 }
 
-pub(super) type Numbers = Vec<(String, f64)>;
+pub(crate) type Numbers = Vec<(String, f64)>;
 
 /// Common mistakes of a parameter, as factors: double, half, zero, other sign, degrees.
 const MISTAKEN: [f64; 6] = [2.0, 0.5, 0.0, -1.0, TAU / 360.0, 360.0 / TAU];
@@ -28,10 +27,6 @@ impl Unknown {
         let paths = [&self.path].into_iter().chain(&self.with);
         paths.map(|path| (path.clone(), value)).collect()
     }
-
-    pub fn played(&self, bench: &Bench<'_>, start: usize, value: f64) -> Option<Played> {
-        bench.with_numbers(start, &self.changes(value))
-    }
 }
 
 fn wave(drive: &Drive) -> Option<&Wave> {
@@ -41,13 +36,13 @@ fn wave(drive: &Drive) -> Option<&Wave> {
     }
 }
 
-impl Bench<'_> {
-    pub(super) fn unknown(&self) -> Vec<Unknown> {
+impl Evidence<'_> {
+    pub(crate) fn unknown(&self) -> Vec<Unknown> {
         let (system, trains) = (self.physics.system(), &self.physics.trains);
         let omega = self.physics.natural_angular_frequency();
         let speed = self.physics.speed();
         let torque = system.breakaway * system.radius * self.physics.course.largest_force();
-        let of_case = self.numbers.numbers().iter().filter(|number| number.value != 0.0);
+        let of_case = self.case.numbers().iter().filter(|number| number.value != 0.0);
         let mut unknown: Vec<Unknown> = of_case
             .map(|number| {
                 let is_phase = number.path.ends_with(".phase");
@@ -69,11 +64,11 @@ impl Bench<'_> {
             .collect();
         // The speed of a driven end, together with equal speeds at t = 0.
         for end in ["rotor.speed", "stator.speed"] {
-            let number = self.numbers.number(end).map(|number| number.value);
+            let number = self.case.number(end).map(|number| number.value);
             let Some(value) = number.filter(|speed| *speed != 0.0) else {
                 continue;
             };
-            let initial = self.numbers.numbers().iter();
+            let initial = self.case.numbers().iter();
             let same = initial.filter(|n| n.path.starts_with("initial.") && n.value == value);
             let with: Vec<String> = same.map(|number| number.path.clone()).collect();
             if !with.is_empty() {

@@ -1,13 +1,13 @@
 //! Observation of a candidate: some of its samples, with the reference at the same times.
 
-use super::super::candidate::{Block, Candidate};
-use super::super::crossings::Crossings;
-use super::super::detect::{Detection, Detector, Point};
-use super::super::reference::{GapPolynomial, Physics, Walk};
-use super::super::resolution::Rounding;
-use super::super::vocabulary::Known;
-use super::super::{Channel, Found};
 use super::judge::FARTHER;
+use crate::candidate::{Block, Candidate};
+use crate::crossings::Crossings;
+use crate::detect::{Detection, Detector, Point};
+use crate::reference::{GapPolynomial, Physics, Walk};
+use crate::resolution::Rounding;
+use crate::vocabulary::Known;
+use crate::{Channel, Found};
 use stickslip_engine::simulation::Course;
 use stickslip_files::ResultError;
 use stickslip_system::record::sequence::SequenceEvent;
@@ -23,7 +23,7 @@ fn is_integral(channel: Channel) -> bool {
 }
 
 #[derive(Debug)]
-pub(in super::super) struct ObservationPass {
+pub(crate) struct ObservationPass {
     columns: Vec<usize>,
     channels: Vec<Channel>,
     /// Number of channels that are compared; a relative velocity behind them only shows events.
@@ -186,7 +186,7 @@ fn at(mut walk: Walk<'_>, channels: &[Channel], times: &[f64]) -> Result<Vec<Vec
 }
 
 #[derive(Debug, Default)]
-pub(in super::super) struct Observation {
+pub(crate) struct Observation {
     pub channels: Vec<Channel>,
     /// Size of each channel, in its unit; infinite for a relative velocity that follows from the reference's drive.
     pub sizes: Vec<f64>,
@@ -206,7 +206,7 @@ pub(in super::super) struct Observation {
 /// Rows in a row that contradict a motion, behind the first: a sample at the time of an event may show either side of it.
 const CONTRADICT: usize = 2;
 
-pub(super) type ObservedValues = Vec<Vec<f64>>;
+pub(crate) type ObservedValues = Vec<Vec<f64>>;
 
 impl Observation {
     pub fn reference_at(&self, walk: Walk<'_>, add: f64) -> Result<ObservedValues, ResultError> {
