@@ -49,6 +49,22 @@ pub enum CauseKind {
     AnotherState,
     /// All times differ by a constant.
     TimeOffset,
+    /// All times differ by a factor.
+    ClockRate,
+    /// A constant is added to a channel.
+    ChannelOffset,
+    /// Columns are exchanged.
+    SwappedColumns,
+    /// Each row stands several times, while the time goes on.
+    RepeatedRows,
+    /// Channels are moving averages.
+    MovingAverage,
+    /// Channels are low-pass filtered.
+    LowPassFilter,
+    /// Speeds are stored half a step before or after positions.
+    HalfStep,
+    /// A breakaway is stepped over.
+    MissedBreakaway,
 }
 
 impl CauseKind {
@@ -71,6 +87,14 @@ impl CauseKind {
             CauseKind::LowOrderMethod => "method of low order",
             CauseKind::AnotherState => "another initial state",
             CauseKind::TimeOffset => "times offset",
+            CauseKind::ClockRate => "clock rate",
+            CauseKind::ChannelOffset => "channel offset",
+            CauseKind::SwappedColumns => "swapped columns",
+            CauseKind::RepeatedRows => "repeated rows",
+            CauseKind::MovingAverage => "moving average",
+            CauseKind::LowPassFilter => "low-pass filter",
+            CauseKind::HalfStep => "half a step off",
+            CauseKind::MissedBreakaway => "missed breakaway",
         }
     }
 }

@@ -10,8 +10,8 @@ use super::judge::EXPLAINED;
 use super::motion::Played;
 use super::parameters::agreement;
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal};
-use crate::diagnosis::{CauseKind, Diagnosis};
+use super::{Cause, Causes, Proposal, rows};
+use crate::diagnosis::CauseKind;
 use serde::Serialize;
 use std::sync::Arc;
 use stickslip_system::record::EventKind;
@@ -331,24 +331,10 @@ impl Cause for Clocked {
         (CauseKind::TimeOffset, words)
     }
 
-    /// A mistake of the motion that explains as much is named beside it.
     fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
         causes.clock = self.clock.clone();
-        let others: Vec<Tried> = all[1..]
-            .iter()
-            .filter(|tried| !tried.cause.is_of_file())
-            .cloned()
-            .collect();
-        let is_two = |other: &Tried| other.cause.stepper().is_some() && !other.cause.numbers().is_empty();
-        if let Some(other) = others.first().filter(|other| !is_two(other)) {
-            let (kind, words) = match other.cause.numbers() {
-                [] => other.cause.words(search),
-                _ => other.cause.report(search, &others, causes),
-            };
-            let words = format!("{words}; another clock and this cannot be told apart by what the candidate shows");
-            causes.said.push(Diagnosis::tried(kind, words, other.judged.explained));
-        }
-        self.words(search)
+        let (kind, words) = self.words(search);
+        (kind, words + &rows::beside(search, "another clock", all, causes))
     }
 }
 

@@ -29,14 +29,15 @@ pub(crate) struct Judged {
     pub before: Agreement,
     pub after: Agreement,
     events: bool,
-    /// What the candidate does before its first difference contradicts the motion, or a constant of each channel explains
-    /// as much.
-    refuted: bool,
+    /// What the candidate does before its first difference contradicts the motion.
+    contradicted: bool,
+    /// A constant of each channel explains as much.
+    constant: bool,
 }
 
 impl Judged {
     pub fn is_cause(&self) -> bool {
-        self.explained >= EXPLAINED && self.events && !self.refuted
+        self.explained >= EXPLAINED && self.events && !self.contradicted && !self.constant
     }
 
     /// Whether no more events lack a partner than with the reference.
@@ -49,6 +50,14 @@ impl Judged {
         Judged { events: true, ..self }
     }
 
+    /// Judges a motion that differs by constants alone.
+    pub fn by_constants(self) -> Judged {
+        Judged {
+            constant: false,
+            ..self
+        }
+    }
+
     pub fn far() -> Judged {
         Judged {
             explained: 0.0,
@@ -56,7 +65,8 @@ impl Judged {
             before: Agreement::default(),
             after: Agreement::default(),
             events: false,
-            refuted: true,
+            contradicted: true,
+            constant: false,
         }
     }
 
@@ -271,8 +281,8 @@ impl Evidence<'_> {
                     events: within
                         || of_events >= OF_EVENTS
                         || self.detected.is_some() && explained >= 1.0 - ALL && after.cost <= 0.5 * before.cost,
-                    refuted: observation.contradicts(&played.values, self.least, until)
-                        || part(constants, whole) >= EXPLAINED && constants <= AS_MUCH * left + FLOOR,
+                    contradicted: observation.contradicts(&played.values, self.least, until),
+                    constant: part(constants, whole) >= EXPLAINED && constants <= AS_MUCH * left + FLOOR,
                 }
             }
             None => Judged {
@@ -281,7 +291,8 @@ impl Evidence<'_> {
                 before,
                 after,
                 events: true,
-                refuted: self.contradicted(&word, &played.events),
+                contradicted: self.contradicted(&word, &played.events),
+                constant: false,
             },
         })
     }

@@ -7,6 +7,7 @@ use super::motion::{MotionNode, Played, Traced};
 use super::search::Search;
 use super::{Cause, Proposal};
 use crate::diagnosis::CauseKind;
+use std::ops::Range;
 use std::sync::Arc;
 use stickslip_engine::workers::over_processors;
 use stickslip_system::record::EventKind;
@@ -25,13 +26,37 @@ const PARTS_AT: f64 = 1e-3;
 #[derive(Debug)]
 pub(crate) struct OneLate {
     /// Time of the event in the reference, and its delay, s.
-    time: f64,
-    late: f64,
+    pub time: f64,
+    pub late: f64,
     /// The surfaces then have one speed.
-    joined: bool,
+    pub joined: bool,
+}
+
+/// Numbers of the events of a run near which the candidate departs from it.
+pub(super) fn departs_near(evidence: &Evidence<'_>, traced: &Traced) -> Range<usize> {
+    let events = &traced.played.events;
+    let parts = match evidence.observation {
+        Some(seen) => seen.parts(PARTS_AT),
+        None => {
+            let mut pairs = evidence.word.iter().zip(events);
+            let far = |(a, b): &(&SequenceEvent, &SequenceEvent)| (a.time - b.time).abs() > PARTS_AT * evidence.period;
+            pairs.find(far).map(|(a, b)| a.time.max(b.time))
+        }
+    };
+    let Some(parts) = parts else { return 0..0 };
+    let next = events.partition_point(|event| event.time <= parts);
+    next.saturating_sub(2)..(next + 1).min(events.len())
 }
 
 impl OneLate {
+    /// Number of the event in the reference's sequence, and its kind.
+    pub(super) fn event(&self, evidence: &Evidence<'_>) -> (usize, &'static str) {
+        let off = |event: &SequenceEvent| (event.time - self.time).abs();
+        let events = evidence.reference.iter().enumerate();
+        let nearest = events.min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
+        nearest.map_or((0, "event"), |(number, event)| (number, event.kind.name()))
+    }
+
     /// Delay (s) with which the candidate shows an event of the reference.
     fn shown(evidence: &Evidence<'_>, event: &SequenceEvent) -> Option<f64> {
         let late = |theirs: &SequenceEvent| theirs.time - event.time;
@@ -85,17 +110,7 @@ impl Cause for OneLate {
             return Vec::new();
         };
         let (events, period) = (&traced.played.events, evidence.period);
-        let parts = match evidence.observation {
-            Some(seen) => seen.parts(PARTS_AT),
-            None => {
-                let mut pairs = evidence.word.iter().zip(events);
-                let far = |(a, b): &(&SequenceEvent, &SequenceEvent)| (a.time - b.time).abs() > PARTS_AT * period;
-                pairs.find(far).map(|(a, b)| a.time.max(b.time))
-            }
-        };
-        let Some(parts) = parts else { return Vec::new() };
-        let next = events.partition_point(|event| event.time <= parts);
-        let numbers = next.saturating_sub(2)..(next + 1).min(events.len());
+        let numbers = departs_near(evidence, traced);
         // The surfaces have one speed in a stick. At a reversal a solver may have set them equal.
         let all = numbers.flat_map(|number| match events[number].kind {
             EventKind::Reversal => vec![(number, false), (number, true)],
@@ -150,10 +165,7 @@ impl Cause for OneLate {
     }
 
     fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
-        let off = |event: &SequenceEvent| (event.time - self.time).abs();
-        let events = search.evidence.reference.iter().enumerate();
-        let nearest = events.min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
-        let (number, kind) = nearest.map_or((0, "event"), |(number, event)| (number, event.kind.name()));
+        let (number, kind) = self.event(search.evidence);
         let side = if self.late < 0.0 { "early" } else { "late" };
         let words = format!(
             "one event alone is wrong: its {kind} at {:.6} s, event {number} of the sequence, is {:.3e} s {side}, and what comes \

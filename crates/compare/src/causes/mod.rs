@@ -15,25 +15,35 @@
 //! | `report`, `parameters`, `apart` | the causes in words and data |
 
 mod apart;
+mod average;
 pub mod clock;
+mod clock_rate;
 pub(crate) mod creep;
 pub mod equations;
 mod evidence;
 mod fit;
+mod half_step;
 mod judge;
 mod kick;
+mod kick_time;
 mod late;
+mod low_pass;
+mod missed;
 mod motion;
 mod number;
 mod observation;
+mod offset;
 mod parameters;
+mod repeated;
 mod report;
+mod rows;
 mod search;
 mod smooth;
 mod state;
 mod stepper;
 mod steps;
 mod stick_test;
+mod swapped;
 mod unknown;
 
 pub use kick::OtherKick;
@@ -49,16 +59,25 @@ pub(crate) use search::{Search, Tried};
 pub(crate) use stepper::Stepper;
 
 use crate::diagnosis::CauseKind;
+use average::MovingAverage;
 use clock::Clocked;
+use clock_rate::ClockRate;
+use half_step::HalfStep;
 use kick::{KickOn, NoKick};
+use kick_time::KickMoved;
 use late::OneLate;
+use low_pass::LowPass;
+use missed::MissedBreakaway;
 use number::Number;
+use offset::ChannelOffset;
+use repeated::RepeatedRows;
 use smooth::Smooth;
 use state::OtherState;
 use std::fmt::Debug;
 use std::sync::Arc;
 use steps::Steps;
 use stick_test::StickTest;
+use swapped::SwappedColumns;
 
 /// A mistake with its values, which would make the reference's run the candidate.
 pub(crate) trait Cause: Debug + Send + Sync {
@@ -159,9 +178,13 @@ pub(crate) trait Cause: Debug + Send + Sync {
 
     /// The diagnosis of the best of `all` that explain as much, and the data that the report has besides: parameters, a
     /// kick, a clock.
-    fn report(&self, search: &Search<'_>, all: &[Tried], _causes: &mut Causes) -> (CauseKind, String) {
+    fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
         let (kind, words) = self.words(search);
-        (kind, format!("{words}: {}", search.outcome(&all[0])))
+        let beside = match self.is_of_file() {
+            true => rows::beside(search, kind.name(), all, causes),
+            false => String::new(),
+        };
+        (kind, format!("{words}: {}{beside}", search.outcome(&all[0])))
     }
 }
 
@@ -183,6 +206,18 @@ pub(crate) const ORDER: &[Round] = &[
     },
     Round {
         needed: |_| true,
+        propose: &[
+            SwappedColumns::propose,
+            ChannelOffset::propose,
+            RepeatedRows::propose,
+            ClockRate::propose,
+            HalfStep::propose,
+            MovingAverage::propose,
+            LowPass::propose,
+        ],
+    },
+    Round {
+        needed: |_| true,
         propose: &[NoKick::up_to_onset],
     },
     Round {
@@ -194,8 +229,10 @@ pub(crate) const ORDER: &[Round] = &[
             OtherState::propose,
             NoKick::propose,
             KickOn::propose,
+            KickMoved::propose,
             StickTest::propose,
             OneLate::propose,
+            MissedBreakaway::propose,
             Steps::of_tolerances,
         ],
     },

@@ -43,6 +43,12 @@ const COEFFICIENTS: [&str; 11] = [
     "coefficient",
 ];
 
+/// Whether friction is proportional to a parameter and to the others of this kind.
+pub(super) fn is_coefficient(path: &str) -> bool {
+    let name = path.strip_prefix("friction.").and_then(|name| name.split('.').next());
+    name.is_some_and(|name| COEFFICIENTS.contains(&name))
+}
+
 /// Parameters that differ.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Number {
@@ -126,10 +132,6 @@ impl Number {
                 return None;
             }
             let factor = value / case.number(path)?.value;
-            let is_coefficient = |path: &str| {
-                let name = path.strip_prefix("friction.").and_then(|name| name.split('.').next());
-                name.is_some_and(|name| COEFFICIENTS.contains(&name))
-            };
             let all = case.numbers().iter().filter(|number| is_coefficient(&number.path));
             Some(Arc::new(Number {
                 numbers: all.map(|number| (number.path.clone(), factor * number.value)).collect(),
@@ -303,7 +305,9 @@ fn fitted(search: &Search<'_>, pairs: bool) -> Vec<Proposal> {
         _ => None,
     });
     let guesses: Vec<(String, f64)> = guesses.collect();
-    let unknown = search.evidence.unknown();
+    let mut unknown = search.evidence.unknown();
+    // All coefficients with one of them are the same pair as another.
+    unknown.retain(|unknown| !pairs || unknown.scaled.is_empty());
     let starts = (0..search.evidence.starts.len()).filter(|start| search.may_begin_at(*start));
     let found = starts.flat_map(|start| fitted_from(search.evidence, start, &unknown, pairs, &guesses));
     proposals(found.collect::<Vec<_>>())
@@ -371,7 +375,7 @@ fn fitted_from(
     for (path, value) in guesses.iter().take(CLOSEST).filter(|_| !pairs) {
         let known = unknown
             .iter()
-            .position(|unknown| unknown.path == *path && unknown.with.is_empty());
+            .position(|unknown| unknown.path == *path && unknown.is_alone());
         begin.extend(known.map(|k| (vec![k], vec![*value])));
     }
     let found = over_processors(begin.len(), &|| false, |index| {

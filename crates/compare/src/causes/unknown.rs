@@ -1,6 +1,7 @@
 //! Parameters that may differ in a candidate: those of the case, and those that are zero or absent in it.
 
 use super::evidence::Evidence;
+use super::number::is_coefficient;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use stickslip_system::model::system::{Pressing, Train};
 use stickslip_system::signal::{Drive, Wave};
@@ -11,6 +12,8 @@ pub(crate) struct Unknown {
     pub value: f64,
     pub unit: f64,
     pub with: Vec<String>,
+    /// Other parameters that change by the same factor, with their values.
+    pub scaled: Numbers,
     pub mistaken: Vec<f64>,
 }
 
@@ -25,7 +28,15 @@ const TURNS: [f64; 3] = [FRAC_PI_2, -FRAC_PI_2, PI];
 impl Unknown {
     pub fn changes(&self, value: f64) -> Numbers {
         let paths = [&self.path].into_iter().chain(&self.with);
-        paths.map(|path| (path.clone(), value)).collect()
+        let same = paths.map(|path| (path.clone(), value));
+        let scaled = self.scaled.iter();
+        same.chain(scaled.map(|(path, own)| (path.clone(), own * value / self.value)))
+            .collect()
+    }
+
+    /// Whether it changes alone.
+    pub fn is_alone(&self) -> bool {
+        self.with.is_empty() && self.scaled.is_empty()
     }
 }
 
@@ -51,6 +62,7 @@ impl Evidence<'_> {
                     value: number.value,
                     unit: if is_phase { 1.0 } else { number.value.abs() },
                     with: Vec::new(),
+                    scaled: Vec::new(),
                     mistaken: match is_phase {
                         true => TURNS
                             .map(|turn| number.value + turn)
@@ -77,9 +89,25 @@ impl Evidence<'_> {
                     value,
                     unit: value.abs(),
                     with,
+                    scaled: Vec::new(),
                     mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
                 });
             }
+        }
+        // All coefficients of friction, which a mistaken size or unit of the force changes together.
+        let coefficients = self.case.numbers().iter();
+        let coefficients = coefficients.filter(|number| number.value != 0.0 && is_coefficient(&number.path));
+        let mut coefficients = coefficients.map(|number| (number.path.clone(), number.value));
+        if let Some((path, value)) = coefficients.next() {
+            let scaled: Numbers = coefficients.collect();
+            unknown.extend((!scaled.is_empty()).then(|| Unknown {
+                path,
+                value,
+                unit: value.abs(),
+                with: Vec::new(),
+                scaled,
+                mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
+            }));
         }
         let mut absent = |path: String, unit: f64, mistaken: &[f64]| {
             let of_list = [path.strip_suffix(".0").map(str::to_owned), Some(format!("{path}.0"))];
@@ -92,6 +120,7 @@ impl Evidence<'_> {
                     value: 0.0,
                     unit,
                     with: Vec::new(),
+                    scaled: Vec::new(),
                     mistaken: mistaken.to_vec(),
                 });
             }
