@@ -1,7 +1,7 @@
 //! Columns that are moving averages.
 
 use super::evidence::Evidence;
-use super::judge::{ALL, Judged};
+use super::judge::ALL;
 use super::motion::Played;
 use super::observation::ObservedValues;
 use super::rows::EvenRows;
@@ -89,10 +89,6 @@ impl Cause for MovingAverage {
         rows::played(evidence, &self.which, rows.plain(), averaged)
     }
 
-    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        rows::judged(evidence, played)
-    }
-
     fn least(&self, _: &Evidence<'_>) -> f64 {
         1.0 - ALL
     }
@@ -111,15 +107,7 @@ impl Cause for MovingAverage {
         1
     }
 
-    fn is_of_file(&self) -> bool {
+    fn is_of_rows(&self) -> bool {
         true
-    }
-
-    fn has_events(&self, _: &Judged) -> bool {
-        false
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
     }
 }

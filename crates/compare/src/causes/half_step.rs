@@ -2,7 +2,7 @@
 
 use super::evidence::Evidence;
 use super::fit::Fit;
-use super::judge::{ALL, Judged};
+use super::judge::ALL;
 use super::motion::Played;
 use super::search::Search;
 use super::{Cause, Proposal, rows};
@@ -67,10 +67,6 @@ impl Cause for HalfStep {
         HalfStep::played(self.late, evidence, start)
     }
 
-    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        rows::judged(evidence, played)
-    }
-
     fn least(&self, _: &Evidence<'_>) -> f64 {
         1.0 - ALL
     }
@@ -88,15 +84,7 @@ impl Cause for HalfStep {
         1
     }
 
-    fn is_of_file(&self) -> bool {
+    fn is_of_rows(&self) -> bool {
         true
-    }
-
-    fn has_events(&self, _: &Judged) -> bool {
-        false
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
     }
 }

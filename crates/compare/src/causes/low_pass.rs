@@ -1,7 +1,7 @@
 //! Columns that are low-pass filtered.
 
 use super::evidence::Evidence;
-use super::judge::{ALL, Judged};
+use super::judge::ALL;
 use super::motion::Played;
 use super::observation::ObservedValues;
 use super::rows::EvenRows;
@@ -191,10 +191,6 @@ impl Cause for LowPass {
         rows::played(evidence, &self.which, rows.plain(), self.of_rows(&rows))
     }
 
-    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        rows::judged(evidence, played)
-    }
-
     fn least(&self, _: &Evidence<'_>) -> f64 {
         1.0 - ALL
     }
@@ -214,15 +210,7 @@ impl Cause for LowPass {
         1
     }
 
-    fn is_of_file(&self) -> bool {
+    fn is_of_rows(&self) -> bool {
         true
-    }
-
-    fn has_events(&self, _: &Judged) -> bool {
-        false
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
     }
 }

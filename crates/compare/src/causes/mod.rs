@@ -103,7 +103,10 @@ pub(crate) trait Cause: Debug + Send + Sync {
 
     /// How well the motion explains the candidate.
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        evidence.judged(played, f64::INFINITY)
+        match self.is_of_rows() {
+            true => rows::judged(evidence, played),
+            false => evidence.judged(played, f64::INFINITY),
+        }
     }
 
     /// Rank among mistakes that explain as much and are as complex; the lowest is the likeliest.
@@ -119,6 +122,12 @@ pub(crate) trait Cause: Debug + Send + Sync {
     /// The mistake is in the file, such as another clock, and not in the motion. A mistake of the motion that explains
     /// as much is named beside it.
     fn is_of_file(&self) -> bool {
+        self.is_of_rows()
+    }
+
+    /// The mistake is in how the rows of a right motion were processed. The motion then begins as the case does, and is
+    /// judged by its samples: the events that are found in them are those of the processing.
+    fn is_of_rows(&self) -> bool {
         false
     }
 
@@ -130,7 +139,10 @@ pub(crate) trait Cause: Debug + Send + Sync {
     /// Whether a run with the mistake may begin at one of [`Evidence::starts`]: by default where the mistakes of the
     /// case and of the solver can be seen.
     fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        !evidence.is_other_state(start)
+        match self.is_of_rows() {
+            true => rows::is_start_of_case(evidence, start),
+            false => !evidence.is_other_state(start),
+        }
     }
 
     /// It is another initial state. Runs from the candidate's own state then include it.
@@ -145,7 +157,7 @@ pub(crate) trait Cause: Debug + Send + Sync {
 
     /// Whether the events of the motion are to be counted in the report.
     fn has_events(&self, _judged: &Judged) -> bool {
-        true
+        !self.is_of_rows()
     }
 
     /// End of the judged part, s, if rounding decides what the solver does from there on.

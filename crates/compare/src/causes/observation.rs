@@ -35,14 +35,14 @@ struct KeptRow {
 struct Repetitions {
     last: Vec<f64>,
     since: f64,
-    /// Length of the present run of equal rows, and the number of rows in runs of each length.
+    /// Length of the present run of equal rows, and the number of runs of each length.
     length: usize,
-    rows: Vec<u64>,
+    runs: Vec<u64>,
 }
 
 /// Longest run of equal rows that is no rest.
 const LONGEST_RUN: usize = 64;
-/// Part of the rows that runs of one length must have.
+/// Part of the runs that must have one length. Rows are the same at rest, too, but most others are not.
 const REPEATED: f64 = 0.5;
 
 impl Repetitions {
@@ -61,16 +61,16 @@ impl Repetitions {
 
     fn end(&mut self) {
         if (1..=LONGEST_RUN).contains(&self.length) {
-            self.rows.resize(LONGEST_RUN + 1, 0);
-            self.rows[self.length] += self.length as u64;
+            self.runs.resize(LONGEST_RUN + 1, 0);
+            self.runs[self.length] += 1;
         }
     }
 
-    /// How often each row stands, if most rows stand equally often, and more than once.
+    /// How often each row stands, if most stand equally often, and more than once.
     fn times(&self) -> Option<usize> {
-        let all: u64 = self.rows.iter().sum();
-        let (times, rows) = self.rows.iter().enumerate().max_by_key(|(_, rows)| **rows)?;
-        (times > 1 && *rows as f64 > REPEATED * all as f64).then_some(times)
+        let all: u64 = self.runs.iter().sum();
+        let (times, runs) = self.runs.iter().enumerate().max_by_key(|(_, runs)| **runs)?;
+        (times > 1 && *runs as f64 > REPEATED * all as f64).then_some(times)
     }
 }
 

@@ -72,15 +72,7 @@ impl Cause for ChannelOffset {
         self.constants.iter().filter(|constant| **constant != 0.0).count()
     }
 
-    fn is_of_file(&self) -> bool {
+    fn is_of_rows(&self) -> bool {
         true
-    }
-
-    fn has_events(&self, _: &Judged) -> bool {
-        false
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
     }
 }

@@ -1,7 +1,7 @@
 //! Rows that stand several times, while the time goes on.
 
 use super::evidence::Evidence;
-use super::judge::{ALL, Judged};
+use super::judge::ALL;
 use super::motion::Played;
 use super::search::Search;
 use super::{Cause, Proposal, rows};
@@ -26,10 +26,6 @@ impl Cause for RepeatedRows {
         rows::written(evidence, evidence.unchanged_at(start, held)?)
     }
 
-    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        rows::judged(evidence, played)
-    }
-
     fn least(&self, _: &Evidence<'_>) -> f64 {
         1.0 - ALL
     }
@@ -43,15 +39,7 @@ impl Cause for RepeatedRows {
         0
     }
 
-    fn is_of_file(&self) -> bool {
+    fn is_of_rows(&self) -> bool {
         true
-    }
-
-    fn has_events(&self, _: &Judged) -> bool {
-        false
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
     }
 }

@@ -119,7 +119,7 @@ pub(super) fn written(evidence: &Evidence<'_>, mut values: ObservedValues) -> Op
     })
 }
 
-/// Judges a processed motion by its samples: the events that are found in them are those of the processing.
+/// Judges a processed motion by its samples.
 pub(super) fn judged(evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
     evidence.judged(played, f64::INFINITY).map(Judged::by_samples)
 }
@@ -139,8 +139,8 @@ pub(super) fn names(evidence: &Evidence<'_>, which: &[bool]) -> String {
     names.join(" and ")
 }
 
-/// What explains as much as the first of `all`, which is a mistake of the file by this name: others of the file in
-/// words, and one of the motion as a diagnosis of its own.
+/// Other mistakes that explain as much as the first of `all`, which is a mistake of the file. Those of the file are
+/// returned in words. The first one of the motion becomes a diagnosis, which says that `name` and it look alike.
 pub(super) fn beside(search: &Search<'_>, name: &str, all: &[Tried], causes: &mut Causes) -> String {
     let (of_file, of_motion): (Vec<Tried>, Vec<Tried>) =
         all[1..].iter().cloned().partition(|tried| tried.cause.is_of_file());

@@ -139,7 +139,7 @@ impl Search<'_> {
             Some(Tried {
                 cause: cause.clone(),
                 start,
-                own_state: own_state || has_own_state,
+                own_state: (own_state || has_own_state) && !cause.is_of_file(),
                 close: evidence.observation.map_or(0, |seen| seen.close(&played.values, CLOSE)),
                 judged: cause.judge(evidence, &played)?,
             })

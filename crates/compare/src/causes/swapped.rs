@@ -1,7 +1,7 @@
 //! Columns that are exchanged.
 
 use super::evidence::Evidence;
-use super::judge::{ALL, Judged};
+use super::judge::ALL;
 use super::motion::Played;
 use super::search::Search;
 use super::{Cause, Proposal, rows};
@@ -43,10 +43,6 @@ impl Cause for SwappedColumns {
         rows::written(evidence, self.places.iter().map(|&of| reference[of].clone()).collect())
     }
 
-    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        rows::judged(evidence, played)
-    }
-
     fn least(&self, _: &Evidence<'_>) -> f64 {
         1.0 - ALL
     }
@@ -61,15 +57,7 @@ impl Cause for SwappedColumns {
         0
     }
 
-    fn is_of_file(&self) -> bool {
+    fn is_of_rows(&self) -> bool {
         true
-    }
-
-    fn has_events(&self, _: &Judged) -> bool {
-        false
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
     }
 }
