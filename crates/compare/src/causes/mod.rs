@@ -176,11 +176,8 @@ pub(crate) trait Cause: Debug + Send + Sync {
     }
 
     /// Evidence for the parameters.
-    fn found_by(&self, evidence: &Evidence<'_>) -> FoundBy {
-        match evidence.observation {
-            Some(_) => FoundBy::Samples,
-            None => FoundBy::Events,
-        }
+    fn found_by(&self, _evidence: &Evidence<'_>) -> FoundBy {
+        FoundBy::Samples
     }
 
     /// The solver with steps, if the mistake is one. It begins at [`Evidence::origin`].

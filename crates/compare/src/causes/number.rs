@@ -218,7 +218,7 @@ impl Cause for Number {
         match () {
             () if self.beyond && of_samples => FoundBy::Samples,
             () if !self.errors.is_empty() => FoundBy::Equations,
-            () if self.numbers.iter().all(|(path, _)| path == BREAKAWAY) => FoundBy::Breakaways,
+            () if of_samples && self.numbers.iter().all(|(path, _)| path == BREAKAWAY) => FoundBy::Breakaways,
             () if of_samples => FoundBy::Samples,
             () => FoundBy::Events,
         }

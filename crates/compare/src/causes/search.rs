@@ -79,7 +79,8 @@ impl Search<'_> {
     }
 
     pub fn has_cause(&self) -> bool {
-        self.causes().next().is_some()
+        self.causes()
+            .any(|tried| self.evidence.is_visible(tried.cause.numbers()))
     }
 
     /// Whether the equations that the samples satisfy show a parameter that is a cause.
@@ -175,6 +176,7 @@ impl Search<'_> {
             if let Some(certain) = tried.iter().find(certain) {
                 return FoundCauses::Causes(vec![certain.clone()]);
             }
+            tried.retain(|tried| !tried.cause.is_certain(evidence));
             self.tried.append(&mut tried);
             if self.has_state() {
                 if !self.with_state {

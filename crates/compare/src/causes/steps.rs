@@ -5,7 +5,7 @@ use super::fit::Fit;
 use super::judge::{ALL, CLOSE, Judged, OF_FITTED};
 use super::motion::Played;
 use super::number;
-use super::parameters::OtherNumber;
+use super::parameters::{FoundBy, OtherNumber};
 use super::search::{Search, Tried};
 use super::stepper::{Scheme, Stepper, Stop};
 use super::{Cause, Causes, Proposal};
@@ -570,6 +570,12 @@ impl Cause for Steps {
         self.with
             .as_ref()
             .map_or_else(Vec::new, |with| with.named(evidence, explained))
+    }
+
+    fn found_by(&self, evidence: &Evidence<'_>) -> FoundBy {
+        self.with
+            .as_ref()
+            .map_or(FoundBy::Samples, |with| with.found_by(evidence))
     }
 
     fn stepper(&self) -> Option<&Stepper> {
