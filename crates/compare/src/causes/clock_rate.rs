@@ -12,7 +12,7 @@ use stickslip_system::record::sequence::SequenceEvent;
 
 /// Smallest part that another rate must explain: with the right one nothing is left.
 const OF_RATE: f64 = 1.0 - 1e-6;
-/// Fewest events that show a rate without samples.
+/// Fewest events that show a rate: a mass that slides to rest under another friction has another rate, too.
 const FEWEST_EVENTS: usize = 5;
 /// Unit of the fit.
 const UNIT: f64 = 1e-3;
@@ -57,8 +57,7 @@ impl Cause for ClockRate {
     /// Rates that the events show, fitted.
     fn propose(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
-        let few = evidence.observation.is_none() && evidence.word.len() < FEWEST_EVENTS;
-        let Some(start) = rows::start_of_case(evidence).filter(|_| !few) else {
+        let Some(start) = rows::start_of_case(evidence).filter(|_| evidence.word.len() >= FEWEST_EVENTS) else {
             return Vec::new();
         };
         let first = evidence.observation.and_then(|seen| seen.time.first().copied());

@@ -172,7 +172,7 @@ impl Cause for LowPass {
                 return None;
             }
             // The golden section in the logarithm of the corner.
-            const GOLDEN: f64 = 0.618_033_988_749_894_8;
+            const GOLDEN: f64 = 0.618_034;
             let (mut low, mut high) = ((FINER * begin).ln(), (begin / FINER).min(HIGHEST).ln());
             for _ in 0..STEPS {
                 let [inner, outer] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
