@@ -1,14 +1,15 @@
 //! Why a candidate differs: mistakes that would make the reference's run the candidate.
 //!
-//! A [`Cause`] is one mistake with its values, in a file of its own. It proposes itself from the [`Evidence`], runs the
+//! A `Cause` is one mistake with its values, in a file of its own. It proposes itself from the `Evidence`, runs the
 //! reference with the mistake, and is a cause if the motion leaves so little of the candidate's difference that its
-//! [least share](Cause::least) is explained. Symptoms, equations read off the samples, and fits only propose; the runs
-//! decide. [`ORDER`] is the order in which causes are tried.
+//! least share (`Cause::least`) is explained. Symptoms, equations read off the samples, and fits only propose; the runs
+//! decide. `ORDER` is the order in which causes are tried.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | `search` | tries the causes in their order, and chooses among those that explain as much |
 //! | `evidence`, `observation`, `judge` | what is known of the candidate, runs of the case, the share that a motion explains |
+//! | `rows` | rows of a right motion, processed as another program may have processed its own |
 //! | `motion` | a run of a case, sampled like the candidate |
 //! | `fit` | the fit of values by runs |
 //! | `equations` | parameters read off the samples: start values, and evidence that needs no run |
