@@ -67,7 +67,7 @@ mod attractor {
 }
 
 mod clock {
-    use stickslip::compare::clock::{find, other_clock};
+    use stickslip::compare::causes::clock::{find, other_clock};
     use stickslip::record::EventKind::{Slip, Stick};
     use stickslip::record::sequence::SequenceEvent;
 
@@ -379,7 +379,7 @@ mod hysteresis {
 }
 
 mod stretches {
-    use stickslip::compare::parameters::stretches::{POINTS, weights};
+    use stickslip::compare::causes::equations::stretches::{POINTS, weights};
 
     #[test]
     fn analytic_weights_integrate_polynomials_through_uneven_samples() {

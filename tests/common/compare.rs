@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
-use stickslip::compare::{Cause, Comparison, Mapping, Reference};
+use stickslip::compare::{CauseKind, Comparison, Mapping, Reference};
 use stickslip::friction::Law;
 use stickslip::model::Parameters;
 use stickslip::record::{EventKind, Recorder, State};
@@ -61,7 +61,7 @@ pub fn compare_quick(candidate: &Path, mapping: Mapping) -> Comparison {
     compare(candidate, &Mapping { quick: true, ..mapping })
 }
 
-pub fn causes(comparison: &Comparison) -> Vec<Cause> {
+pub fn causes(comparison: &Comparison) -> Vec<CauseKind> {
     comparison.causes.iter().map(|d| d.cause).collect()
 }
 
@@ -74,7 +74,7 @@ pub fn agrees(c: &Comparison) {
 
 /// The evidence for a cause, in which these words stand.
 #[track_caller]
-pub fn evidence<'a>(comparison: &'a Comparison, cause: Cause, words: &[&str]) -> &'a str {
+pub fn evidence<'a>(comparison: &'a Comparison, cause: CauseKind, words: &[&str]) -> &'a str {
     let found = comparison.causes.iter().find(|d| d.cause == cause);
     let none = || panic!("{cause:?} in {}", comparison.verdict);
     let said = &found.unwrap_or_else(none).evidence;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use stickslip::SavedRun;
-use stickslip::compare::{Cause, CompareProgress, CompareStage, Comparison, Mapping, Reference};
+use stickslip::compare::{CauseKind, CompareProgress, CompareStage, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 
 fn run(path: &Path, case: &str, overrides: &[&str]) {
@@ -399,7 +399,7 @@ fn property_regularised_friction_is_recognised_with_its_speed() {
             ..SOUND
         };
         let c = judge(solver);
-        evidence(&c, Cause::RegularisedLaw, &[name, "eps = 1.0"]);
+        evidence(&c, CauseKind::RegularisedLaw, &[name, "eps = 1.0"]);
     }
 }
 
@@ -423,7 +423,7 @@ fn published_a_regularised_period_is_short_by_what_is_known() {
         (theirs.period - 11.90059994).abs() < 1e-3 && theirs.sticks == 1,
         "{theirs:?}"
     );
-    evidence(&c, Cause::RegularisedLaw, &[]);
+    evidence(&c, CauseKind::RegularisedLaw, &[]);
 }
 
 #[test]
@@ -450,13 +450,13 @@ fn property_a_regularised_case_is_named_by_its_keys() {
     run(&path, "belt-leine-arctan", &[]);
     let reference = Reference::open(belt()).unwrap();
     let c = reference.compare(&path, &Mapping::default()).unwrap();
-    assert_eq!(causes(&c).first(), Some(&Cause::RegularisedLaw), "{}", c.verdict);
+    assert_eq!(causes(&c).first(), Some(&CauseKind::RegularisedLaw), "{}", c.verdict);
     let keys: Vec<&str> = c.case_differences.iter().map(|d| d.key.as_str()).collect();
     assert!(keys.contains(&"friction.regularisation.speed"), "{keys:?}");
 }
 
 fn one_number(c: &Comparison) -> (&str, f64) {
-    assert_eq!(causes(c).first(), Some(&Cause::AnotherParameter), "{}", c.verdict);
+    assert_eq!(causes(c).first(), Some(&CauseKind::AnotherParameter), "{}", c.verdict);
     let found = c.parameters.as_ref().unwrap();
     assert_eq!(found.numbers.len(), 1, "{}", c.verdict);
     (&found.numbers[0].path, found.numbers[0].value)
@@ -506,7 +506,7 @@ fn property_a_breakaway_at_the_limit_of_slip_is_named() {
     let c = rows_judged(reference, &SOUND.run().0);
     evidence(
         &c,
-        Cause::StickTest,
+        CauseKind::StickTest,
         &[" mu_0 F_n: that is the limit of slip, mu(0) = 1, and not mu_0 = 1.2"],
     );
     let sound = Solver {
@@ -523,7 +523,7 @@ fn property_events_at_the_ends_of_steps_are_named() {
         located: false,
         ..SOUND
     });
-    evidence(&c, Cause::EventsLate, &[]);
+    evidence(&c, CauseKind::EventsLate, &[]);
     assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
     // Steps beyond the stop and beyond the limit make each cycle longer.
     assert!(c.cycles.unwrap().per_cycle.abs() > 1e-4);
@@ -555,17 +555,21 @@ fn property_units_signs_and_offsets_are_named() {
     let late = changed(|[t, x, v]| [t + 0.5, x, v]);
     evidence(
         &late,
-        Cause::TimeOffset,
+        CauseKind::TimeOffset,
         &[" s later: its times count from another start"],
     );
     let milliseconds = changed(|[t, x, v]| [1e3 * t, x, v]);
-    evidence(&milliseconds, Cause::WrongUnits, &["time looks like ms"]);
+    evidence(&milliseconds, CauseKind::WrongUnits, &["time looks like ms"]);
     let millimetres = changed(|[t, x, v]| [t, 1e3 * x, v]);
-    evidence(&millimetres, Cause::WrongUnits, &["phi1 looks like mm"]);
+    evidence(&millimetres, CauseKind::WrongUnits, &["phi1 looks like mm"]);
     // The program's relative velocity is that of the belt minus that of the block.
     let turned: Vec<[f64; 3]> = rows.iter().map(|&[t, x, v]| [t, x, v - SPEED]).collect();
     let turned = judged(belt(), &[("mine.csv", csv("t,x,relative_velocity", &turned))], |_| {});
-    evidence(&turned, Cause::WrongUnits, &["relative_velocity has the opposite sign"]);
+    evidence(
+        &turned,
+        CauseKind::WrongUnits,
+        &["relative_velocity has the opposite sign"],
+    );
 }
 
 /// Rows of a drill string as from a plain solver: absolute angles and speeds.
@@ -610,7 +614,7 @@ fn property_absolute_coordinates_become_the_channels() {
         &[("mine.csv", absolute(180.0 / std::f64::consts::PI))],
         |_| {},
     );
-    evidence(&degrees, Cause::WrongUnits, &["deg"]);
+    evidence(&degrees, CauseKind::WrongUnits, &["deg"]);
 }
 
 /// A motion that slips at once has no stick, although omega_r = 0 in its first sample.
@@ -702,8 +706,8 @@ fn property_a_true_stick_is_not_called_regularised() {
     static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
     let reference = Reference::open(made(&FILE, "belt-leine-arctan", &[])).unwrap();
     let c = reference.compare(belt(), &Mapping::default()).unwrap();
-    assert!(!causes(&c).contains(&Cause::RegularisedLaw), "{}", c.verdict);
-    assert!(causes(&c).contains(&Cause::AnotherCase), "{}", c.verdict);
+    assert!(!causes(&c).contains(&CauseKind::RegularisedLaw), "{}", c.verdict);
+    assert!(causes(&c).contains(&CauseKind::AnotherCase), "{}", c.verdict);
     let mapping = Mapping {
         hysteresis: Some(3.0),
         ..Mapping::default()

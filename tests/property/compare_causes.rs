@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use stickslip::SavedRun;
-use stickslip::compare::{Cause, Comparison, Reference};
+use stickslip::compare::{CauseKind, Comparison, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 
 fn run(folder: &Path, name: &str, case: &str, overrides: &[&str]) -> PathBuf {
@@ -56,8 +56,8 @@ fn names(c: &Comparison, path: &str, value: f64) {
     let of_start = path.starts_with("initial.");
     assert!(
         match causes(c)[..] {
-            [Cause::AnotherParameter | Cause::StickTest] => true,
-            [Cause::TimeOffset, Cause::AnotherParameter] => of_start,
+            [CauseKind::AnotherParameter | CauseKind::StickTest] => true,
+            [CauseKind::TimeOffset, CauseKind::AnotherParameter] => of_start,
             _ => false,
         },
         "{}",
@@ -117,7 +117,7 @@ fn property_a_right_export_is_not_accused() {
 fn property_two_numbers_are_not_laid_on_the_stick_test() {
     let c = planted("belt-leine", &["stator.stiffness=1.02", "friction.scale=0.34"], &BELT);
     for diagnosis in &c.causes {
-        assert_eq!(diagnosis.cause, Cause::AnotherParameter, "{}", c.verdict);
+        assert_eq!(diagnosis.cause, CauseKind::AnotherParameter, "{}", c.verdict);
     }
     if let Some(found) = &c.parameters {
         let mut paths: Vec<&str> = found.numbers.iter().map(|number| number.path.as_str()).collect();
@@ -130,7 +130,7 @@ fn property_two_numbers_are_not_laid_on_the_stick_test() {
 #[test]
 fn property_another_drive_is_no_clock_and_no_sign() {
     let c = planted("den-hartog", &["stator.torque.phase=1.5707963267948966"], &BELT);
-    let clock = causes(&c).contains(&Cause::TimeOffset) || causes(&c).contains(&Cause::WrongUnits);
+    let clock = causes(&c).contains(&CauseKind::TimeOffset) || causes(&c).contains(&CauseKind::WrongUnits);
     assert!(!clock, "{}", c.verdict);
     let c = planted("den-hartog", &["stator.torque.angular_frequency=0.51"], &BELT);
     names(&c, "stator.torque.angular_frequency", 0.51);
@@ -153,10 +153,10 @@ fn property_long_a_number_is_not_laid_on_another_part() {
     ] {
         let c = planted(case, &[&format!("{key}={value}")], columns);
         for diagnosis in &c.causes {
-            let clock_or_start = key.contains("phase") && diagnosis.cause == Cause::TimeOffset;
+            let clock_or_start = key.contains("phase") && diagnosis.cause == CauseKind::TimeOffset;
             let is_right = match diagnosis.cause {
-                Cause::StickTest => key == "friction.breakaway",
-                Cause::AnotherParameter => c.parameters.as_ref().is_some_and(|found| {
+                CauseKind::StickTest => key == "friction.breakaway",
+                CauseKind::AnotherParameter => c.parameters.as_ref().is_some_and(|found| {
                     let mut all = found.numbers.iter().chain(&found.or);
                     // The general form has an initial speed for each inertia.
                     let is_initial = |path: &str| key == "initial.speed" && path.starts_with("initial.rotor_speed");

@@ -4,7 +4,7 @@ use crate::common::cli::says;
 use crate::common::compare::{
     NAMES, SOUND, Solver, Stop, agrees, causes, compare, csv, events_csv, rows_of, run, word_of, write,
 };
-use stickslip::compare::{Cause, Comparison, Mapping};
+use stickslip::compare::{CauseKind, Comparison, Mapping};
 
 fn judge(solver: Solver) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
@@ -24,7 +24,7 @@ fn property_a_sound_solver_is_not_accused() {
 
 /// Asserts that the first cause of each faulty solver is the expected one.
 #[track_caller]
-fn named(faults: impl IntoIterator<Item = (Solver, Cause)>) {
+fn named(faults: impl IntoIterator<Item = (Solver, CauseKind)>) {
     let mut others = Vec::new();
     for (solver, cause) in faults {
         let c = judge(solver);
@@ -33,8 +33,8 @@ fn named(faults: impl IntoIterator<Item = (Solver, Cause)>) {
             continue;
         }
         match cause {
-            Cause::AbsoluteAngles => assert_eq!(c.causes.len(), 1, "{}", c.verdict),
-            Cause::StickTest => says(&c.verdict, &["1.1"]),
+            CauseKind::AbsoluteAngles => assert_eq!(c.causes.len(), 1, "{}", c.verdict),
+            CauseKind::StickTest => says(&c.verdict, &["1.1"]),
             _ => {}
         }
     }
@@ -44,13 +44,13 @@ fn named(faults: impl IntoIterator<Item = (Solver, Cause)>) {
 #[test]
 fn property_a_missing_kick_and_another_breakaway_are_named() {
     named([
-        (Solver { kicked: false, ..SOUND }, Cause::UnperturbedRun),
+        (Solver { kicked: false, ..SOUND }, CauseKind::UnperturbedRun),
         (
             Solver {
                 breakaway: 1.1,
                 ..SOUND
             },
-            Cause::StickTest,
+            CauseKind::StickTest,
         ),
     ]);
 }
@@ -65,23 +65,23 @@ fn property_long_each_fault_of_a_solver_is_named() {
                 absolute_angles: true,
                 ..SOUND
             },
-            Cause::AbsoluteAngles,
+            CauseKind::AbsoluteAngles,
         ),
         (
             Solver {
                 stop: Stop::Within(3e-2),
                 ..SOUND
             },
-            Cause::VelocityTolerance,
+            CauseKind::VelocityTolerance,
         ),
         (
             Solver {
                 stop: Stop::Frozen(3e-2),
                 ..SOUND
             },
-            Cause::VelocityTolerance,
+            CauseKind::VelocityTolerance,
         ),
-        (Solver { step: 60e-6, ..SOUND }, Cause::UnresolvedMode),
+        (Solver { step: 60e-6, ..SOUND }, CauseKind::UnresolvedMode),
         // Implicit Euler with 24 steps in a period: the samples are dense enough, but the growth is damped.
         (
             Solver {
@@ -89,7 +89,7 @@ fn property_long_each_fault_of_a_solver_is_named() {
                 implicit: true,
                 ..SOUND
             },
-            Cause::UnresolvedMode,
+            CauseKind::UnresolvedMode,
         ),
     ]);
     // A stop is seen only within 0.02 rad/s, and omega_r changes by 0.2 rad/s in a step. Most sticks become reversals.
@@ -98,7 +98,7 @@ fn property_long_each_fault_of_a_solver_is_named() {
         stop: Stop::Within(2e-2),
         ..SOUND
     });
-    assert!(causes(&c).contains(&Cause::StepTooLarge), "{}", c.verdict);
+    assert!(causes(&c).contains(&CauseKind::StepTooLarge), "{}", c.verdict);
 }
 
 /// The rotor's test in this program, judged from its values alone and from its case.
@@ -108,7 +108,7 @@ fn property_another_breakaway_test_is_named() {
     let rotor = folder.path().join("rotor.h5");
     run(&rotor, "paper", &["contact.breakaway_test=rotor"]);
     let by_case = compare(&rotor, &Mapping::default());
-    assert_eq!(causes(&by_case), [Cause::StickTest], "{}", by_case.verdict);
+    assert_eq!(causes(&by_case), [CauseKind::StickTest], "{}", by_case.verdict);
     // A series alone does not show the start of such a slip: at first it goes back by 1e-5 rad/s.
     let mapping = Mapping {
         event_file: Some(write(&folder, "rotor.events.csv", &events_csv(&word_of(&rotor)))),
@@ -116,7 +116,7 @@ fn property_another_breakaway_test_is_named() {
     };
     let series = write(&folder, "rotor.csv", &csv(&rows_of(&rotor, 6.966)));
     let by_numbers = compare(&series, &mapping);
-    assert_eq!(causes(&by_numbers), [Cause::StickTest], "{}", by_numbers.verdict);
+    assert_eq!(causes(&by_numbers), [CauseKind::StickTest], "{}", by_numbers.verdict);
     says(&by_numbers.verdict, &["the rotor torque"]);
 }
 
@@ -140,7 +140,12 @@ fn property_units_are_recognised() {
             &write(&folder, "units.csv", &csv(&wrong.collect())),
             &Mapping::default(),
         );
-        assert_eq!(causes(&c).first(), Some(&Cause::WrongUnits), "{unit}: {}", c.verdict);
+        assert_eq!(
+            causes(&c).first(),
+            Some(&CauseKind::WrongUnits),
+            "{unit}: {}",
+            c.verdict
+        );
         says(&c.verdict, &[unit, NAMES[column]]);
     }
     // Torque in lbf in, together with a correct relative velocity.
@@ -169,7 +174,7 @@ fn property_another_case_is_named_by_its_keys() {
     let other = folder.path().join("other.h5");
     run(&other, "paper", &["friction.decay=4.9"]);
     let c = compare(&other, &Mapping::default());
-    assert_eq!(causes(&c).first(), Some(&Cause::AnotherCase));
+    assert_eq!(causes(&c).first(), Some(&CauseKind::AnotherCase));
     assert_eq!(c.case_differences.len(), 1);
     assert_eq!(c.case_differences[0].key, "friction.decay");
 }

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use stickslip::SavedRun;
 use stickslip::case::Case;
-use stickslip::compare::{Cause, Comparison, Mapping, Reference};
+use stickslip::compare::{CauseKind, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
 use stickslip::simulation::{OutputOptions, Simulation, SolverOptions, simulate};
 
@@ -179,7 +179,7 @@ fn property_another_friction_of_a_sliding_mass_is_named() {
         &series("t,x,v", (0..=100).map(|k| at(0.25, 0.1 * f64::from(k)))),
         |_| {},
     );
-    assert_eq!(causes(&c)[..1], [Cause::AnotherParameter], "{}", c.verdict);
+    assert_eq!(causes(&c)[..1], [CauseKind::AnotherParameter], "{}", c.verdict);
     assert!(c.verdict.contains("friction.kinetic (mu_d) = 0.25"), "{}", c.verdict);
     assert!(begin.elapsed().as_secs() < 60);
 }
@@ -248,7 +248,7 @@ fn property_creep_through_a_whole_run_is_the_headline() {
     assert!(!c.verdict.contains("17.0 digits"), "{}", c.verdict);
     assert_eq!(
         (c.samples, causes(&c)),
-        (1001, vec![Cause::RegularisedLaw]),
+        (1001, vec![CauseKind::RegularisedLaw]),
         "{}",
         c.verdict
     );

@@ -2,9 +2,10 @@
 
 use super::attractor::ComparedAttractor;
 use super::case_differences::CaseDifference;
+use super::causes::EXPLAINED;
 use super::cycles::CycleErrors;
 use super::detect::Detection;
-use super::diagnosis::{Cause, Diagnosis, percent};
+use super::diagnosis::{CauseKind, Diagnosis, percent};
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
 use super::follows::Follows;
@@ -179,7 +180,7 @@ pub struct Unexplained {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Closest {
     /// The cause that the change stands for.
-    pub cause: Cause,
+    pub cause: CauseKind,
     /// Part of the squared difference that the change removes; negative if it adds to it.
     pub explained: f64,
 }
@@ -411,7 +412,7 @@ impl Comparison {
                     cause.name(),
                     percent(explained)
                 );
-                if explained >= super::hypotheses::EXPLAINED {
+                if explained >= EXPLAINED {
                     text += ", which is not enough for it, or its events are elsewhere, or others do as well";
                 }
             }
@@ -435,11 +436,8 @@ impl Comparison {
                 text += &format!("; {more} would tell more");
             }
         }
-        if let Some(OutOfTime { allowed, tried }) = self.out_of_time {
-            text += &format!(
-                "; the search for causes ended after {allowed} s of wall time, with {tried} changes of the reference's run \
-                 tried; allow more (--max-wall-time)"
-            );
+        if let Some(out) = self.out_of_time {
+            text += &out.words();
         }
         self.verdict = text;
     }

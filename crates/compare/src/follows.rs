@@ -1,7 +1,7 @@
 //! Check that a candidate follows the reference's equations between its events.
 
 use super::candidate::Candidate;
-use super::hypotheses::Observation;
+use super::causes::Observation;
 use super::reference::Physics;
 use serde::Serialize;
 use stickslip_system::model::Mode;

@@ -6,7 +6,7 @@
 //! events; a [`Mapping`] names its columns and their units. Events that it does not state are found in its relative velocity.
 //! The event sequences are aligned first ([`stickslip_system::record::sequence`]). Matched events give the errors of event times, and
 //! the stretches in which both runs are in the same segment. There the channels are compared with the reference sample by sample,
-//! and nothing is compared across an event. A [`Cause`] is named if the reference's run with it reproduces the candidate. The
+//! and nothing is compared across an event. A [`CauseKind`] is named if the reference's run with the mistake reproduces the candidate. The
 //! [`Comparison`] has all of it.
 //!
 //! A reference, and a table of the events of a solver that is a microsecond late at the second one:
@@ -51,15 +51,15 @@
 //! | `detect`, `hysteresis`, `crossings`, `locate`, `torques` | events and torques found in samples, with the bounds of their times |
 //! | `open_contact` | event sequences without a normal force |
 //! | `survey`, `resolution` | the first pass over a file; what its times and values resolve |
-//! | `event_errors`, `wrong_event`, `cycles`, `clock`, `attractor` | errors of event times, the first that is wrong, errors over cycles, by an offset of the clock, of periodic motion |
+//! | `event_errors`, `wrong_event`, `cycles`, `attractor` | errors of event times, the first that is wrong, errors over cycles, of periodic motion |
 //! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
 //! | [`benchmark`] | the problems of a benchmark set |
 //! | `score` | errors without a threshold: position, period, rest positions, creep in stick |
 //! | `statistics` | the paper's numbers of both runs |
-//! | `hypotheses` | which change of the reference's own run makes it the candidate |
-//! | `units`, `creep`, `parameters` | what proposes such changes: factors of channels, creep in stick, equations that do not hold |
-//! | `diagnosis`, `case_differences` | causes in words |
-//! | `limit` | limit of the wall time |
+//! | `causes` | which mistake makes the reference's own run the candidate: a file for each cause |
+//! | `units`, `follows` | factors of channels; whether samples follow the equations |
+//! | `diagnosis`, `case_differences` | kinds of causes, causes in words |
+//! | `limit` | limits of the wall time and of runs |
 //! | `comparison`, `requirement`, `trace`, `error` | the outcome, bounds on it, what is drawn of it, why there is none |
 //!
 //! The crate neither prints nor draws. It takes a reference as true. Which of its digits are, the certificate of the reference says
@@ -69,12 +69,10 @@ mod attractor;
 pub mod benchmark;
 mod candidate;
 mod case_differences;
-mod causes;
-mod channel;
 #[doc(hidden)]
-pub mod clock;
+pub mod causes;
+mod channel;
 mod comparison;
-mod creep;
 #[doc(hidden)]
 pub mod crossings;
 mod cycles;
@@ -86,15 +84,12 @@ mod evaluate;
 #[doc(hidden)]
 pub mod event_errors;
 mod follows;
-mod hypotheses;
 #[doc(hidden)]
 pub mod hysteresis;
 mod impulse;
 mod limit;
 mod locate;
 mod open_contact;
-#[doc(hidden)]
-pub mod parameters;
 #[doc(hidden)]
 pub mod range;
 pub mod reference;
@@ -119,12 +114,13 @@ pub(crate) use candidate::Candidate;
 pub use attractor::ComparedAttractor;
 pub use candidate::{Block, Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
+pub use causes::clock::{FoundOffset, OtherClock};
+pub use causes::{Agreement, EventAgreement as TriedAgain, FoundBy, OtherKick, OtherNumber, OtherParameters};
 pub use channel::Channel;
-pub use clock::{FoundOffset, OtherClock};
 pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Detector, Found, Point};
-pub use diagnosis::{Cause, Diagnosis};
+pub use diagnosis::{CauseKind, Diagnosis};
 pub use energy::EnergyDrift;
 pub use error::CompareError;
 pub use evaluate::Evaluator;
@@ -133,7 +129,6 @@ pub use follows::Follows;
 pub use hysteresis::HysteresisEffect;
 pub use impulse::ImpulseErrors;
 pub use limit::OutOfTime;
-pub use parameters::{Agreement, EventAgreement as TriedAgain, FoundBy, OtherKick, OtherNumber, OtherParameters};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
 pub use score::{CreepScore, PeriodScore, PositionScore, RestScore, Score};
@@ -143,19 +138,18 @@ pub use vocabulary::Vocabulary;
 pub use wrong_event::WrongEvent;
 
 use benchmark::BenchmarkProblem;
-use causes::{Causes, Shown};
+use causes::creep::{Creep, CreepPass};
+use causes::equations::StretchPass;
+use causes::{Causes, EXPLAINED, JumpPass, ObservationPass, Passes, Shown, clock};
 use comparison::channel_errors;
-use creep::{Creep, CreepPass};
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
 use diagnosis::Symptoms;
 use energy::EnergyPass;
 use event_errors::EventErrors;
-use hypotheses::ObservationPass;
 use hysteresis::HysteresisPass;
 use impulse::ImpulsePass;
 use limit::{DEFAULT_WALL_TIME, Limit};
 use open_contact::{sequence, without_open_contact};
-use parameters::{JumpPass, StretchPass};
 use range::Range;
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
 use score::ScorePass;
@@ -441,7 +435,7 @@ impl Reference {
             };
             unit_faults.extend(pass.channels.iter().enumerate().filter_map(of_channel));
         }
-        unit_faults.retain(|fault| fault.explained >= hypotheses::EXPLAINED);
+        unit_faults.retain(|fault| fault.explained >= EXPLAINED);
         // A motion negated as a whole is another phase, torque or start of a symmetric system.
         let opposite = unit_faults.iter().filter(|fault| fault.is_opposite()).count();
         if opposite > 1
@@ -461,7 +455,6 @@ impl Reference {
             let symptoms = Symptoms {
                 physics,
                 reference: &reference_word,
-                all: &own,
                 found: &found,
                 alignment: &alignment,
                 grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
@@ -828,12 +821,6 @@ fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     let source = CaseSource::result(path, file.resolved()?);
     let refused = |why| CompareError::whole(path, format!("its case cannot be read: {why}"), "repeat the run");
     Case::read(&source, &[]).map_err(refused)
-}
-
-struct Passes<'a> {
-    stretches: StretchPass,
-    jump: JumpPass<'a>,
-    observation: ObservationPass,
 }
 
 struct States<'a> {

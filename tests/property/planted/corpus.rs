@@ -3,6 +3,7 @@
 //! A candidate is made by words, in this order: a run of this program with other settings (`KEY=VALUE`), or else a bare solver, with a
 //! fault (`tanh:1e-3`); what it writes (`columns:phi1,phi1_dot`); what happens to its file (`digits:6`).
 
+use super::filing::Filing;
 use super::subject::{Subject, solve};
 use super::written::{Columns, Written, columns};
 use crate::common::cases::{parsed, source};
@@ -170,12 +171,17 @@ fn judged(subject: &Subject, candidate: &str, folder: &Path) -> Comparison {
             Some(("every", value)) => interval = number(value),
             Some(("columns", value)) => names = value.split(',').map(str::to_owned).collect(),
             Some(("tolerance", value)) => mapping.velocity_tolerance = Some(number(value)),
-            Some(word @ ("digits" | "decimals" | "multiples" | "single" | "clock" | "delay" | "add" | "times", _)) => {
+            Some(word @ ("digits" | "decimals" | "multiples" | "single" | "delay" | "times", _)) => after.push(word),
+            Some(word @ ("clock" | "add" | "average" | "low-pass" | "half-step" | "swap" | "repeat", _)) => {
                 after.push(word)
             }
             Some(word) => faults.push(word),
         }
     }
+    let halves = after.iter().any(|(word, _)| *word == "half-step");
+    let interval = if halves { 0.5 * interval } else { interval };
+    let of_halves = format!("output.interval={interval:e}");
+    settings.extend(halves.then_some(of_halves.as_str()));
     let (names, mut values) = match faults.is_empty() {
         true => by_program(subject, &settings, &names, folder),
         false => by_solver(subject, &faults, interval, &names),
@@ -207,14 +213,33 @@ fn judged(subject: &Subject, candidate: &str, folder: &Path) -> Comparison {
                     .iter_mut()
                     .for_each(|value| *value = (*value / unit).round() * unit);
             }
-            "clock" => values[0].iter_mut().for_each(|time| *time *= number(value)),
             "delay" => values[0].iter_mut().for_each(|time| *time += number(value)),
-            "add" | "times" => {
+            "times" => {
                 let (name, by) = pair(value);
-                let column = values[place(name)].iter_mut();
-                column.for_each(|value| *value = if word == "add" { *value + by } else { *value * by });
+                values[place(name)].iter_mut().for_each(|value| *value *= by);
             }
-            _ => unreachable!(),
+            _ => {
+                let column = |name: &str| place(name) - 1;
+                let filing = match word {
+                    "clock" => Filing::Rate(number(value)),
+                    "add" => {
+                        let (name, by) = pair(value);
+                        Filing::Offset(column(name), by)
+                    }
+                    "average" => Filing::Average(value.parse().unwrap()),
+                    "low-pass" => Filing::LowPass(number(value)),
+                    "half-step" => Filing::HalfStep(value.parse().unwrap()),
+                    "swap" => {
+                        let (one, other) = value.split_once(',').unwrap();
+                        Filing::Swapped(column(one), column(other))
+                    }
+                    "repeat" => Filing::Repeated(value.parse().unwrap()),
+                    _ => unreachable!(),
+                };
+                let (time, columns) = values.split_first_mut().unwrap();
+                let names: Vec<&str> = names[1..].iter().map(String::as_str).collect();
+                filing.apply(time, columns, &names);
+            }
         }
     }
     let mut text = names.join(",") + "\n";

@@ -1,6 +1,7 @@
 //! Mistakes of solvers, and what may be said of each.
 
-use super::subject::{Subject, one_of, pick, scale};
+use super::filing::{Filing, is_speed};
+use super::subject::{Subject, one_of, pick, scale, solve};
 use super::written::{self, Columns, Digits, Written};
 use crate::common::planted_solver::{Method, Smooth, Solver, Tested, Y};
 use crate::common::random_brakes::Random;
@@ -56,6 +57,26 @@ pub(super) enum Kind {
     Decimals,
     /// Two numbers of the case.
     TwoNumbers,
+    /// A constant is added to a column.
+    Offset,
+    /// The times are multiplied.
+    ClockRate,
+    /// Columns are moving averages.
+    Average,
+    /// Columns are low-pass filtered.
+    LowPass,
+    /// Speeds are those of half a step earlier or later.
+    HalfStep,
+    /// Two columns are exchanged.
+    Swapped,
+    /// Each row stands several times.
+    Repeated,
+    /// The kick comes at another time.
+    KickTime,
+    /// A breakaway is stepped over.
+    SteppedOver,
+    /// All coefficients of friction are wrong by one factor.
+    Coefficients,
 }
 
 pub(super) use Kind::*;
@@ -96,6 +117,20 @@ pub(super) const KINDS: [Kind; 32] = [
     Number,
 ];
 
+/// Mistakes in what is recorded of a motion, and in its events, as often as they are drawn.
+pub(super) const RECORDED: [Kind; 10] = [
+    Offset,
+    Average,
+    Swapped,
+    KickTime,
+    ClockRate,
+    LowPass,
+    Repeated,
+    SteppedOver,
+    HalfStep,
+    Coefficients,
+];
+
 impl Kind {
     /// Whether there is a cause by which `compare` may name one of which this may be said.
     pub fn has_a_name(self, allowed: &Allowed) -> bool {
@@ -106,9 +141,8 @@ impl Kind {
     /// Whether it leaves the motion between events as the equations have it, if that follows from the kind.
     pub fn follows(self) -> Option<bool> {
         match self {
-            Nothing | Decimals | Clock | Initial | Kick | Breakaway | OtherTorque | Band | EndOfStep | OneLate => {
-                Some(true)
-            }
+            Nothing | Decimals | Clock | Initial | Kick | Breakaway | OtherTorque | Band | EndOfStep | OneLate
+            | KickTime | SteppedOver => Some(true),
             Term | WrongSpeed => Some(false),
             _ => None,
         }
@@ -221,6 +255,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         tolerance: None,
         clock: 0.0,
         changed: None,
+        filing: None,
     };
     if file.columns == Columns::Plain && written::columns(system, &sound, Columns::Plain).is_empty() {
         file.columns = Columns::State;
@@ -525,6 +560,82 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             solver.wrong_speed = true;
             "mu as a function of the speed of one surface".to_owned()
         }
+        Offset | ClockRate | Average | LowPass | HalfStep | Swapped | Repeated => {
+            file.events = false;
+            let (filing, may_be_said) = filed(system, &sound, kind, &file, random)?;
+            file.filing = Some(filing);
+            allowed = may_be_said;
+            format!("{filing:?}")
+        }
+        KickTime => {
+            let at = *case.kicks.first()?.time.at()?;
+            let other = at + period * one_of(random, &[-1.5, -0.5, 0.1, 0.5, 2.0]);
+            let mut changed = case.clone();
+            changed.kicks[0].time = KickTime::At(other);
+            solver = of_other(&solver, changed);
+            start = None;
+            allowed = Allowed::number("perturbation.0.time", other, at);
+            allowed.causes = vec!["another-kick"];
+            allowed.value = Some(("comes at ", other, 0.02 * (other - at).abs()));
+            format!("a kick at {other:e} s for {at:e} s")
+        }
+        SteppedOver => {
+            let slips = system.word.iter().take(12).enumerate();
+            let slips: Vec<usize> = slips
+                .filter(|(_, event)| event.1 == "slip")
+                .map(|(place, _)| place)
+                .collect();
+            if slips.is_empty() {
+                return None;
+            }
+            let place = *pick(random, &slips);
+            solver.skipped = Some(place);
+            // Where the limit is not passed a second time the surfaces stick together for ever.
+            let solved = solve(system, &solver, start, &file)?;
+            if solved.events.get(place..)?.iter().all(|event| event.1 != "slip") {
+                return None;
+            }
+            allowed = Allowed::causes(&["missed-breakaway"]);
+            format!("event {place} is stepped over")
+        }
+        Coefficients => {
+            let factor = one_of(random, &[0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.25]);
+            let names = [
+                "breakaway",
+                "kinetic",
+                "low_speed",
+                "high_speed",
+                "viscous",
+                "linear",
+                "quadratic",
+                "cubic",
+            ];
+            let is_coefficient = |path: &str| path.strip_prefix("friction.").is_some_and(|name| names.contains(&name));
+            let all = system.numbers().into_iter().filter(|(path, _)| is_coefficient(path));
+            let all: Vec<(String, f64)> = all.collect();
+            if all.len() < 2 {
+                return None;
+            }
+            let changes: Vec<(&str, f64)> = all
+                .iter()
+                .map(|(path, value)| (path.as_str(), factor * value))
+                .collect();
+            solver = of_other(&solver, system.with(&changes)?);
+            start = None;
+            let same = [
+                "contact.radius",
+                "contact.normal_force",
+                "contact.normal_force.value",
+                "actuation.force",
+            ];
+            let same = system
+                .numbers()
+                .into_iter()
+                .filter(|(path, _)| same.contains(&path.as_str()));
+            let each = all.iter().cloned().chain(same);
+            allowed.numbers = each.map(|(path, value)| (path, factor * value, value)).collect();
+            format!("all coefficients of friction times {factor}")
+        }
     };
     if allowed
         .numbers
@@ -541,6 +652,85 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         start,
         file,
     })
+}
+
+/// What is done to the rows of a file, and what may be said of it.
+fn filed(
+    system: &Subject,
+    solver: &Solver,
+    kind: Kind,
+    file: &Written,
+    random: &mut Random,
+) -> Option<(Filing, Allowed)> {
+    let names = written::columns(system, solver, file.columns);
+    let shown = |place: usize| written::channel_name(system, &names[place].1);
+    let places: Vec<usize> = (0..names.len()).collect();
+    let near = |before: &'static str, value: f64| Some((before, value, 0.02 * value.abs()));
+    let (filing, cause, words, value) = match kind {
+        Offset => {
+            let place = *pick(random, &places);
+            let size = system.sizes()[usize::from(is_speed(&names[place].1))];
+            let constant = size * one_of(random, &[-0.1, -1e-3, 1e-4, 1e-3, 1e-2]);
+            let filing = Filing::Offset(place, constant);
+            (filing, "channel-offset", vec![shown(place)], near("off by ", constant))
+        }
+        ClockRate => {
+            let rate = one_of(random, &[0.98, 0.999, 0.9999, 1.0001, 1.001, 1.01]);
+            let value = Some(("runs at ", rate, 0.02 * (rate - 1.0_f64).abs()));
+            (Filing::Rate(rate), "clock-rate", Vec::new(), value)
+        }
+        Average => {
+            let count = one_of(random, &[2, 3, 5, 10, 20]);
+            let value = near("moving average of ", count as f64);
+            (Filing::Average(count), "moving-average", Vec::new(), value)
+        }
+        LowPass => {
+            let corner = 1.0 / (TAU * file.interval * scale(random, 1.0, 20.0));
+            let value = near("corner at ", corner);
+            (Filing::LowPass(corner), "low-pass-filter", Vec::new(), value)
+        }
+        HalfStep => {
+            let speeds = names.iter().filter(|(_, name)| is_speed(name)).count();
+            if speeds == 0 || speeds == names.len() {
+                return None;
+            }
+            let filing = Filing::HalfStep(one_of(random, &[-1, 1]));
+            (filing, "half-step", Vec::new(), near("half a step of ", file.interval))
+        }
+        Swapped => {
+            let alike = |one: usize, other: usize| is_speed(&names[one].1) == is_speed(&names[other].1);
+            let pairs = places.iter().flat_map(|&one| (0..one).map(move |other| (one, other)));
+            let pairs: Vec<(usize, usize)> = pairs.collect();
+            let of_one_kind: Vec<(usize, usize)> = pairs.iter().copied().filter(|&(a, b)| alike(a, b)).collect();
+            let from = if of_one_kind.is_empty() { &pairs } else { &of_one_kind };
+            if from.is_empty() {
+                return None;
+            }
+            let (one, other) = *pick(random, from);
+            (
+                Filing::Swapped(one, other),
+                "swapped-columns",
+                vec![shown(one), shown(other)],
+                None,
+            )
+        }
+        Repeated => {
+            let count = one_of(random, &[2, 3, 4, 5, 10]);
+            (
+                Filing::Repeated(count),
+                "repeated-rows",
+                Vec::new(),
+                near("stands ", count as f64),
+            )
+        }
+        _ => return None,
+    };
+    let allowed = Allowed {
+        words,
+        value,
+        ..Allowed::causes(&[cause])
+    };
+    Some((filing, allowed))
 }
 
 /// The same solver of another system.

@@ -10,18 +10,19 @@
 //! Few are taken by default; CI takes 60.
 
 mod corpus;
+mod filing;
 mod mistakes;
 mod subject;
 mod written;
 
 use crate::common::planted_solver::{Solved, Solver};
 use crate::common::random_brakes::Random;
-use mistakes::{Allowed, KINDS, Kind, Planted, of_other, plant};
+use mistakes::{Allowed, KINDS, Kind, Planted, RECORDED, of_other, plant};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use subject::{BUILT_IN, Subject, solve};
-use written::{Written, csv, differs, event_table, resolved};
+use written::{Written, csv, differs, differs_by_filing, event_table, resolved};
 
 /// Candidates, unless the environment says how many.
 const CANDIDATES: u64 = 8;
@@ -270,6 +271,16 @@ fn judged(
 
 #[test]
 fn property_no_correct_part_of_a_solver_is_accused() {
+    of_kinds(&KINDS);
+}
+
+/// The same of what is recorded of a motion, and of its events.
+#[test]
+fn property_no_correct_part_of_a_recording_is_accused() {
+    of_kinds(&RECORDED);
+}
+
+fn of_kinds(kinds: &[Kind]) {
     let seed = environment("STICKSLIP_PLANTED_SEED").unwrap_or(28);
     let count = environment("STICKSLIP_PLANTED").unwrap_or(CANDIDATES);
     let only = environment("STICKSLIP_PLANTED_ONLY");
@@ -291,7 +302,7 @@ fn property_no_correct_part_of_a_solver_is_accused() {
     // Of those above resolution that have a name: how many are named, of how many.
     let (mut named, mut of) = (0, 0);
     for index in only.map_or(0..count, |only| only..only + 1) {
-        let kind = KINDS[(index % KINDS.len() as u64) as usize];
+        let kind = kinds[(index % kinds.len() as u64) as usize];
         if !is_wanted(kind) {
             continue;
         }
@@ -369,6 +380,8 @@ fn candidate(system: &Subject, kind: Kind, random: &mut Random) -> Option<(Plant
             let off = exact.events.iter().zip(&solved.events).map(|(a, b)| (a.0 - b.0).abs());
             exact.events.len() != solved.events.len() || off.fold(0.0, f64::max) > LEAST * sound.period()
         };
+        let by_filing = differs_by_filing(system, &sound, &planted.file, &solved);
+        let difference = difference.max(by_filing);
         let shows = difference > (ABOVE * noise.max(digits)).max(LEAST) && (!planted.file.alone || of_events());
         let above = matches!(kind, Kind::Clock | Kind::Unit) || shows;
         last = Some((planted, solved, above));

@@ -307,8 +307,9 @@ impl Subject {
 pub(super) fn solve(system: &Subject, solver: &Solver, start: Option<Y>, file: &Written) -> Option<Solved> {
     let end = system.case.output.end_time;
     let times = |from: f64, to: f64| -> Vec<f64> {
-        let count = ((to - from) / file.interval).floor() as usize;
-        (0..=count).map(|n| from + n as f64 * file.interval).collect()
+        let interval = file.interval_of_motion();
+        let count = ((to - from) / interval).floor() as usize;
+        (0..=count).map(|n| from + n as f64 * interval).collect()
     };
     if !system.coasts() {
         return solver.run(0.0, &start.unwrap_or_else(|| solver.initial()), &times(0.0, end));

@@ -1,5 +1,6 @@
 //! What a candidate's file shows: its columns, digits and events.
 
+use super::filing::Filing;
 use super::subject::Subject;
 use crate::common::planted_solver::{Solved, Solver};
 use std::fmt::Write;
@@ -20,9 +21,16 @@ pub(super) struct Written {
     pub clock: f64,
     /// A column (from 0), and its factor.
     pub changed: Option<(usize, f64)>,
+    /// What is done to the rows.
+    pub filing: Option<Filing>,
 }
 
 impl Written {
+    /// Interval of the rows of the motion from which the file's rows are made, s.
+    pub fn interval_of_motion(&self) -> f64 {
+        self.interval / self.filing.map_or(1, Filing::rows_in_an_interval) as f64
+    }
+
     /// With all digits, as samples of this interval (s).
     pub fn sound(interval: f64) -> Written {
         Written {
@@ -34,6 +42,7 @@ impl Written {
             tolerance: None,
             clock: 0.0,
             changed: None,
+            filing: None,
         }
     }
 }
@@ -93,24 +102,77 @@ pub(super) fn columns(system: &Subject, solver: &Solver, columns: Columns) -> Ve
     found
 }
 
+/// Name that a comparison gives to a column.
+pub(super) fn channel_name(system: &Subject, column: &str) -> String {
+    let vocabulary = system.vocabulary();
+    let channel = vocabulary.find(column).unwrap();
+    vocabulary.canonical(channel).unwrap_or(channel).name().into_owned()
+}
+
+/// Times and columns of a file, with all digits.
+pub(super) fn table(system: &Subject, solver: &Solver, solved: &Solved, file: &Written) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let names = columns(system, solver, file.columns);
+    let mut time: Vec<f64> = solved.rows.iter().map(|(time, ..)| time + file.clock).collect();
+    let rows = solved.rows.iter().map(|(time, y, doing)| solver.row(*time, y, *doing));
+    let rows: Vec<Vec<f64>> = rows.collect();
+    let column = |(place, (index, _)): (usize, &(usize, String))| -> Vec<f64> {
+        let factor = file
+            .changed
+            .filter(|(changed, _)| *changed == place)
+            .map_or(1.0, |of| of.1);
+        rows.iter().map(|row| factor * row[*index]).collect()
+    };
+    let mut values: Vec<Vec<f64>> = names.iter().enumerate().map(column).collect();
+    if let Some(filing) = file.filing {
+        let names: Vec<&str> = names.iter().map(|(_, name)| name.as_str()).collect();
+        filing.apply(&mut time, &mut values, &names);
+    }
+    (time, values)
+}
+
 pub(super) fn csv(system: &Subject, solver: &Solver, solved: &Solved, file: &Written) -> String {
-    let columns = columns(system, solver, file.columns);
+    let (time, values) = table(system, solver, solved, file);
     let mut text = "time".to_owned();
-    columns.iter().for_each(|(_, name)| write!(text, ",{name}").unwrap());
+    let names = columns(system, solver, file.columns);
+    names.iter().for_each(|(_, name)| write!(text, ",{name}").unwrap());
     text.push('\n');
-    for (time, y, doing) in &solved.rows {
-        let mut row = solver.row(*time, y, *doing);
-        text += &file.digits.write(time + file.clock);
-        for (place, (index, _)) in columns.iter().enumerate() {
-            if let Some((_, factor)) = file.changed.filter(|(changed, _)| *changed == place) {
-                row[*index] *= factor;
-            }
+    for (row, time) in time.iter().enumerate() {
+        text += &file.digits.write(*time);
+        for column in &values {
             text.push(',');
-            text += &file.digits.write(row[*index]);
+            text += &file.digits.write(column[row]);
         }
         text.push('\n');
     }
     text
+}
+
+/// The largest rms of what is done to a column of a file, in parts of the rms of the column; rows are paired from the last.
+pub(super) fn differs_by_filing(system: &Subject, solver: &Solver, file: &Written, solved: &Solved) -> f64 {
+    let right = Written {
+        filing: file.filing.map(|filing| match filing {
+            // Every second row as it is.
+            Filing::HalfStep(_) => Filing::HalfStep(0),
+            _ => Filing::Rate(1.0),
+        }),
+        ..file.clone()
+    };
+    let [(time, filed), (right_time, right)] = [file, &right].map(|file| table(system, solver, solved, file));
+    let off = |a: &[f64], b: &[f64]| {
+        let pairs = a.iter().rev().zip(b.iter().rev());
+        let (off, size) = pairs.fold((0.0, 0.0), |(off, size), (a, b)| {
+            (off + (a - b) * (a - b), size + b * b)
+        });
+        if size > 0.0 { (off / size).sqrt() } else { 0.0 }
+    };
+    // A time is off in parts of a period.
+    let late = time
+        .iter()
+        .rev()
+        .zip(right_time.iter().rev())
+        .map(|(a, b)| (a - b).abs() / solver.period());
+    let columns = filed.iter().zip(&right).map(|(filed, right)| off(filed, right));
+    columns.chain(late).fold(0.0, f64::max)
 }
 
 pub(super) fn event_table(solved: &Solved, file: &Written) -> String {

@@ -342,6 +342,28 @@ impl Candidate {
         self.has(channel) && self.drive_of(channel).is_empty()
     }
 
+    /// Channels and factors of which a channel is the sum, beside the motion of driven ends; empty if it is a column of
+    /// the file.
+    pub fn sum_of(&self, channel: Channel) -> Vec<(Channel, f64)> {
+        let of_column = |column: usize| {
+            let is_column = |supply: &&Supply| !supply.is_computed() && supply.terms()[0].0 == column;
+            self.supplies.iter().find(is_column)
+        };
+        let Some(supply) = self.supplies.iter().find(|supply| supply.channel == channel) else {
+            return Vec::new();
+        };
+        let of = supply.terms().iter().map(|&(column, factor)| {
+            let direct = of_column(column)?;
+            Some((direct.channel, factor / direct.terms()[0].1))
+        });
+        let of: Vec<(Channel, f64)> = of.collect::<Option<_>>().unwrap_or_default();
+        if of.iter().any(|(term, _)| *term == channel) {
+            Vec::new()
+        } else {
+            of
+        }
+    }
+
     /// The motion of driven ends in a channel, which the reference supplies.
     pub fn drive_of(&self, channel: Channel) -> &[(Known, f64)] {
         let supply = self.supplies.iter().find(|supply| supply.channel == channel);

@@ -53,6 +53,11 @@ impl Supply {
             .fold(0.0, f64::max)
     }
 
+    /// Columns and factors of the sum.
+    pub fn terms(&self) -> &[(usize, f64)] {
+        &self.sum.terms
+    }
+
     pub fn columns(&self) -> impl Iterator<Item = usize> + '_ {
         self.sum.terms.iter().map(|term| term.0)
     }

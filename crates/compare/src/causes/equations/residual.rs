@@ -26,7 +26,7 @@ struct Acting {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Equations {
+pub(crate) struct Equations {
     trains: System,
     system: SystemEquations,
     /// Places of the channels of [`Stretch::motion`] in the state.
@@ -35,7 +35,7 @@ pub(super) struct Equations {
 }
 
 /// Residual of an equation and the size of its terms; `None` if the equation cannot be read.
-pub(super) type Missed = Option<(f64, f64)>;
+pub(crate) type Missed = Option<(f64, f64)>;
 
 fn acting(trains: &System, stretches: &[Stretch]) -> Rc<[[Acting; POINTS]]> {
     let excitation = Excitation::new(trains);

@@ -1,12 +1,12 @@
 //! Creep of a candidate in stick, as regularised friction causes it.
 
-use super::reference::Physics;
+use crate::reference::Physics;
 use std::f64::consts::FRAC_PI_2;
 use stickslip_system::friction::Law;
 use stickslip_system::model::system::Smoothing;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Creep {
+pub(crate) struct Creep {
     /// Index in [`SHAPES`].
     pub shape: usize,
     /// eps, rad/s.
@@ -16,7 +16,7 @@ pub(super) struct Creep {
 }
 
 #[derive(Debug)]
-pub(super) struct CreepPass<'a> {
+pub(crate) struct CreepPass<'a> {
     physics: &'a Physics,
     /// Speed of an oscillation that friction causes, rad/s.
     speed: f64,
@@ -31,7 +31,7 @@ pub(super) struct CreepPass<'a> {
 }
 
 #[derive(Debug)]
-pub(super) struct Shape {
+pub(crate) struct Shape {
     pub name: &'static str,
     pub value: fn(f64) -> f64,
     /// omega_r/eps at a share of the torque.
@@ -40,7 +40,7 @@ pub(super) struct Shape {
     pub smoothing: Option<Smoothing>,
 }
 
-pub(super) const SHAPES: [Shape; 6] = [
+pub(crate) const SHAPES: [Shape; 6] = [
     Shape {
         name: "tanh(omega_r/eps)",
         value: f64::tanh,

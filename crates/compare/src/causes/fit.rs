@@ -1,17 +1,18 @@
 //! Gauss-Newton fit of a motion to a candidate, first over the time in which the two are close, then over a growing
 //! time.
 
-use super::judge::Evidence;
-use super::play::Played;
-use crate::parameters::least_squares;
+use super::evidence::Evidence;
+use super::motion::Played;
 
 const STEP: f64 = 1e-6;
-/// Gauss-Newton steps, and shortenings of a step.
+/// Gauss-Newton steps while the window grows, and in all: with all samples the fit goes on until it has converged.
 const STEPS: usize = 12;
+const MOST_STEPS: usize = 30;
+/// Shortenings of a step.
 const SHORTER: usize = 5;
 const LONGEST: f64 = 0.5;
 
-pub(in super::super) struct Fit<'a> {
+pub(crate) struct Fit<'a> {
     pub evidence: &'a Evidence<'a>,
     pub play: &'a dyn Fn(&[f64]) -> Option<Played>,
     /// Unit of each value's changes.
@@ -19,7 +20,7 @@ pub(in super::super) struct Fit<'a> {
 }
 
 #[derive(Debug, Clone)]
-pub(in super::super) struct FitPoint {
+pub(crate) struct FitPoint {
     pub values: Vec<f64>,
     pub played: Played,
     /// Number of samples, or events, that are compared.
@@ -48,7 +49,10 @@ impl Fit<'_> {
 
     pub fn refined(&self, values: Vec<f64>) -> Option<FitPoint> {
         let mut at = self.at(values)?;
-        for _ in 0..STEPS {
+        for number in 0..MOST_STEPS {
+            if number >= STEPS && !self.evidence.is_whole(&at.played, at.window) {
+                break;
+            }
             let slopes: Option<Vec<Vec<f64>>> = (0..self.units.len()).map(|which| self.slope(&at, which)).collect();
             let Some(slopes) = slopes else { break };
             let now = self.evidence.residual(&at.played, at.window);
@@ -75,17 +79,48 @@ impl Fit<'_> {
     }
 }
 
-fn square(values: &[f64]) -> f64 {
+pub(crate) fn square(values: &[f64]) -> f64 {
     values.iter().map(|x| x * x).sum()
 }
 
-pub(super) fn left(slopes: &[&[f64]], now: &[f64]) -> f64 {
+/// Sum of squares of `now` that remains after the best step along the slopes; infinite without one.
+pub(crate) fn left<S: AsRef<[f64]>>(slopes: &[S], now: &[f64]) -> f64 {
     let Some((step, _)) = least_squares(slopes, now) else {
         return f64::INFINITY;
     };
     let each = now.iter().enumerate().map(|(k, x)| {
-        let moved: f64 = slopes.iter().zip(&step).map(|(slope, step)| slope[k] * step).sum();
+        let moved: f64 = slopes
+            .iter()
+            .zip(&step)
+            .map(|(slope, step)| slope.as_ref()[k] * step)
+            .sum();
         (x + moved) * (x + moved)
     });
     each.sum()
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The least-squares step for one or two slopes, and the diagonal of the inverse of the normal matrix.
+pub(crate) fn least_squares<S: AsRef<[f64]>>(slopes: &[S], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    match slopes {
+        [a] => {
+            let a = a.as_ref();
+            let aa = square(a);
+            (aa > 0.0).then(|| (vec![-product(a, now) / aa], vec![1.0 / aa]))
+        }
+        [a, b] => {
+            let (a, b) = (a.as_ref(), b.as_ref());
+            let (aa, bb, ab) = (square(a), square(b), product(a, b));
+            let det = aa * bb - ab * ab;
+            let (an, bn) = (product(a, now), product(b, now));
+            (det > 1e-10 * aa * bb).then(|| {
+                let step = vec![(ab * bn - bb * an) / det, (ab * an - aa * bn) / det];
+                (step, vec![bb / det, aa / det])
+            })
+        }
+        _ => None,
+    }
 }

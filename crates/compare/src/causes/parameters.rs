@@ -1,8 +1,14 @@
-//! A parameter of the case that differs in a candidate, in data and in words.
+//! Parameters of the case that differ in a candidate, and the agreement of events, in data and in words.
 
+use super::judge::Judged;
 use serde::Serialize;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{WrittenCase, key_of, train_keys};
+use stickslip_system::record::EventKind;
+use stickslip_system::record::sequence::{Alignment, SequenceEvent};
+
+/// Pairs of events further apart than this part of the natural period are unrelated.
+const RELATED: f64 = 0.25;
 
 /// Evidence for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -70,7 +76,8 @@ pub struct EventAgreement {
 }
 
 impl EventAgreement {
-    pub(in super::super) fn of(events: usize, before: Agreement, after: Agreement) -> EventAgreement {
+    pub(crate) fn of(events: usize, judged: &Judged) -> EventAgreement {
+        let (before, after) = (judged.before, judged.after);
         let left = if before.cost > 0.0 {
             after.cost / before.cost
         } else {
@@ -82,6 +89,28 @@ impl EventAgreement {
             after,
             explained: 1.0 - left,
         }
+    }
+
+    /// For example "run with it, the case has all 7 events within 1.0e-9 s; run without it, it misses 2 of them, ...".
+    pub(crate) fn words(&self) -> String {
+        let outcome = |agreement: &Agreement, events: &str, of: &str| match agreement.unmatched {
+            0 if agreement.max == 0.0 => format!("has {events} at the same times"),
+            0 => format!("has {events} within {:.1e} s", agreement.max),
+            // Both events of an exchanged pair lack a partner.
+            many => {
+                let missed = many.div_ceil(2);
+                format!("misses {missed} of {of}, or has them more than a quarter of the natural period off")
+            }
+        };
+        let events = match self.events {
+            1 => "the event".to_owned(),
+            all => format!("all {all} events"),
+        };
+        let (after, before) = (
+            outcome(&self.after, &events, &events),
+            outcome(&self.before, "them", "them"),
+        );
+        format!("run with it, the case {after}; run without it, it {before}")
     }
 }
 
@@ -100,7 +129,36 @@ pub struct Agreement {
     pub cost: f64,
 }
 
-pub(in super::super) fn of_normal_force(path: &str) -> bool {
+/// Agreement of the events of a run with a candidate's; `period` is the natural period, s.
+pub(crate) fn agreement(run: &[SequenceEvent], word: &[SequenceEvent], period: f64) -> Agreement {
+    let alignment = Alignment::of(run, word, period);
+    let related = RELATED * period;
+    let errors = alignment.matched().map(|(r, c)| (word[c].time - run[r].time).abs());
+    let errors: Vec<f64> = errors.filter(|error| *error <= related).collect();
+    let unmatched = run.len() + word.len() - 2 * errors.len();
+    let squares: f64 = errors.iter().map(|e| e * e).sum();
+    Agreement {
+        matched: errors.len(),
+        unmatched,
+        rms: (squares / errors.len().max(1) as f64).sqrt(),
+        max: errors.iter().copied().fold(0.0, f64::max),
+        cost: unmatched as f64 + errors.iter().map(|e| e / related).sum::<f64>(),
+    }
+}
+
+/// Landmarks of runs whose events have no partners: the last event, the first one, and the duration of a cycle, s.
+pub(crate) fn landmarks(word: &[SequenceEvent]) -> [Option<f64>; 3] {
+    let sticks = word.iter().filter(|e| e.kind == EventKind::Stick);
+    let sticks: Vec<f64> = sticks.map(|e| e.time).collect();
+    // The last sticks before the final one are long.
+    let cycle = match &sticks[..sticks.len() - sticks.len() / 4] {
+        some @ [first, _, .., last] if some.len() > 2 => Some((last - first) / (some.len() - 1) as f64),
+        _ => None,
+    };
+    [word.last().map(|e| e.time), word.first().map(|e| e.time), cycle]
+}
+
+pub(crate) fn of_normal_force(path: &str) -> bool {
     let of = ["axial.", "actuation.", "contact.normal_force"];
     of.iter().any(|table| path.starts_with(table))
 }
@@ -115,7 +173,7 @@ fn symbol(path: &str) -> &str {
 }
 
 impl OtherNumber {
-    pub(in super::super) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
+    pub(crate) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
         let number = numbers.number(path);
         // The dimension of a parameter that is zero in the case follows from its name.
         let has = |part: &str| path.contains(part);

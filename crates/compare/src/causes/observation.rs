@@ -1,13 +1,13 @@
 //! Observation of a candidate: some of its samples, with the reference at the same times.
 
-use super::super::candidate::{Block, Candidate};
-use super::super::crossings::Crossings;
-use super::super::detect::{Detection, Detector, Point};
-use super::super::reference::{GapPolynomial, Physics, Walk};
-use super::super::resolution::Rounding;
-use super::super::vocabulary::Known;
-use super::super::{Channel, Found};
 use super::judge::FARTHER;
+use crate::candidate::{Block, Candidate};
+use crate::crossings::Crossings;
+use crate::detect::{Detection, Detector, Point};
+use crate::reference::{GapPolynomial, Physics, Walk};
+use crate::resolution::Rounding;
+use crate::vocabulary::Known;
+use crate::{Channel, Found};
 use stickslip_engine::simulation::Course;
 use stickslip_files::ResultError;
 use stickslip_system::record::sequence::SequenceEvent;
@@ -22,8 +22,60 @@ fn is_integral(channel: Channel) -> bool {
     channel.is_impulse() || matches!(channel, Theta | Phi2 | SlipDisplacement | Angle(_) | Product(_))
 }
 
+/// Time and values of a sample, and the time (s) since which the rows have been the same.
 #[derive(Debug)]
-pub(in super::super) struct ObservationPass {
+struct KeptRow {
+    time: f64,
+    values: Vec<f64>,
+    since: f64,
+}
+
+/// Counts of rows that repeat the one before.
+#[derive(Debug, Default)]
+struct Repetitions {
+    last: Vec<f64>,
+    since: f64,
+    /// Length of the present run of equal rows, and the number of runs of each length.
+    length: usize,
+    runs: Vec<u64>,
+}
+
+/// Longest run of equal rows that is no rest.
+const LONGEST_RUN: usize = 64;
+/// Part of the runs that must have one length. Rows are the same at rest, too, but most others are not.
+const REPEATED: f64 = 0.5;
+
+impl Repetitions {
+    /// Takes a row; returns the time since which it has been the same, s.
+    fn add(&mut self, time: f64, row: impl Iterator<Item = f64> + Clone) -> f64 {
+        let is_same = self.length > 0 && row.clone().eq(self.last.iter().copied());
+        if !is_same {
+            self.end();
+            self.last.clear();
+            self.last.extend(row);
+            (self.since, self.length) = (time, 0);
+        }
+        self.length += 1;
+        self.since
+    }
+
+    fn end(&mut self) {
+        if (1..=LONGEST_RUN).contains(&self.length) {
+            self.runs.resize(LONGEST_RUN + 1, 0);
+            self.runs[self.length] += 1;
+        }
+    }
+
+    /// How often each row stands, if most stand equally often, and more than once.
+    fn times(&self) -> Option<usize> {
+        let all: u64 = self.runs.iter().sum();
+        let (times, runs) = self.runs.iter().enumerate().max_by_key(|(_, runs)| **runs)?;
+        (times > 1 && *runs as f64 > REPEATED * all as f64).then_some(times)
+    }
+}
+
+#[derive(Debug)]
+pub(crate) struct ObservationPass {
     columns: Vec<usize>,
     channels: Vec<Channel>,
     /// Number of channels that are compared; a relative velocity behind them only shows events.
@@ -34,10 +86,12 @@ pub(in super::super) struct ObservationPass {
     /// Base-2 logarithm of the thinning and number of samples, outside and inside the window.
     thinned: [u32; 2],
     came: [u64; 2],
-    /// Time and values of the samples, outside and inside the window.
-    kept: [Vec<(f64, Vec<f64>)>; 2],
+    /// Samples outside and inside the window.
+    kept: [Vec<KeptRow>; 2],
     intervals: Intervals,
     last: Option<f64>,
+    sums: Vec<Vec<(usize, f64)>>,
+    repetitions: Repetitions,
 }
 
 impl ObservationPass {
@@ -57,10 +111,18 @@ impl ObservationPass {
             .iter()
             .position(|&channel| channel == Channel::RelativeVelocity);
         columns.extend(velocity.filter(|place| !columns.contains(place)));
+        let observed: Vec<Channel> = columns.iter().map(|&k| channels[k]).collect();
+        let sum = |&channel: &Channel| {
+            let of = candidate.sum_of(channel).into_iter();
+            let places = of.map(|(of, factor)| Some((observed.iter().position(|known| *known == of)?, factor)));
+            places.collect::<Option<_>>().unwrap_or_default()
+        };
         ObservationPass {
+            sums: observed.iter().map(sum).collect(),
+            repetitions: Repetitions::default(),
             compared,
             drive: candidate.drive_of(Channel::RelativeVelocity).to_vec(),
-            channels: columns.iter().map(|&k| channels[k]).collect(),
+            channels: observed,
             columns,
             window,
             thinned: [0; 2],
@@ -77,11 +139,13 @@ impl ObservationPass {
                 self.intervals.add(time - last);
             }
             let place = usize::from(time >= self.window.0 && time <= self.window.1);
+            let compared = self.columns[..self.compared].iter();
+            let since = self.repetitions.add(time, compared.map(|&k| block.columns[k][row]));
             let wanted = self.came[place] & ((1 << self.thinned[place]) - 1) == 0;
             self.came[place] += 1;
             if wanted {
                 let values = self.columns.iter().map(|&k| block.columns[k][row]).collect();
-                self.kept[place].push((time, values));
+                self.kept[place].push(KeptRow { time, values, since });
             }
             if self.kept[place].len() > 2 * KEPT {
                 self.thinned[place] += 1;
@@ -95,10 +159,10 @@ impl ObservationPass {
     }
 
     pub fn finish(self, physics: &Physics, walk: Walk<'_>) -> Result<Observation, ResultError> {
-        let mut rows: Vec<(f64, Vec<f64>)> = self.kept.into_iter().flatten().collect();
-        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let time: Vec<f64> = rows.iter().map(|row| row.0).collect();
-        let column = |k: usize| rows.iter().map(|row| row.1[k]).collect();
+        let mut rows: Vec<KeptRow> = self.kept.into_iter().flatten().collect();
+        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let time: Vec<f64> = rows.iter().map(|row| row.time).collect();
+        let column = |k: usize| rows.iter().map(|row| row.values[k]).collect();
         let reference = at(walk, &self.channels, &time)?;
         let size = |(k, &channel): (usize, &Channel)| match k < self.compared {
             true => physics.size(channel, false),
@@ -112,6 +176,9 @@ impl ObservationPass {
             drive: self.drive,
             channels: self.channels,
             constants: 0.0,
+            sums: self.sums,
+            since: rows.iter().map(|row| row.since).collect(),
+            repeated: self.repetitions.times(),
             reference,
             time,
         };
@@ -186,7 +253,7 @@ fn at(mut walk: Walk<'_>, channels: &[Channel], times: &[f64]) -> Result<Vec<Vec
 }
 
 #[derive(Debug, Default)]
-pub(in super::super) struct Observation {
+pub(crate) struct Observation {
     pub channels: Vec<Channel>,
     /// Size of each channel, in its unit; infinite for a relative velocity that follows from the reference's drive.
     pub sizes: Vec<f64>,
@@ -199,6 +266,12 @@ pub(in super::super) struct Observation {
     pub spacing: f64,
     /// Motion of driven ends in the relative velocity, which the reference supplies.
     pub drive: Vec<(Known, f64)>,
+    /// Places and factors of the channels of which a channel is the sum; empty for a column of the file.
+    pub sums: Vec<Vec<(usize, f64)>>,
+    /// Time since which the rows up to each sample are the same, s.
+    pub since: Vec<f64>,
+    /// How often each row stands, if it is more than once.
+    pub repeated: Option<usize>,
     /// Mean square of the difference from the reference, in parts of the sizes, less a constant of each channel.
     pub constants: f64,
 }
@@ -206,7 +279,7 @@ pub(in super::super) struct Observation {
 /// Rows in a row that contradict a motion, behind the first: a sample at the time of an event may show either side of it.
 const CONTRADICT: usize = 2;
 
-pub(super) type ObservedValues = Vec<Vec<f64>>;
+pub(crate) type ObservedValues = Vec<Vec<f64>>;
 
 impl Observation {
     pub fn reference_at(&self, walk: Walk<'_>, add: f64) -> Result<ObservedValues, ResultError> {
@@ -295,6 +368,45 @@ impl Observation {
             if is_known { (0.5 * quantum / size).powi(2) } else { 0.0 }
         });
         squares.sum::<f64>() / self.channels.len().max(1) as f64
+    }
+
+    /// Whether a compared channel is a column of the file, and not the sum of others.
+    pub fn is_column(&self, channel: usize) -> bool {
+        self.sizes[channel].is_finite() && self.sums.get(channel).is_some_and(Vec::is_empty)
+    }
+
+    /// Computes the channels that are sums of others as they are in the candidate's file.
+    pub fn derive(&self, values: &mut ObservedValues, physics: &Physics) {
+        let sums = self.sums.iter().enumerate().filter(|(_, sum)| !sum.is_empty());
+        for (place, sum) in sums {
+            let is_velocity = self.channels[place] == Channel::RelativeVelocity;
+            let drive = if is_velocity { &self.drive[..] } else { &[] };
+            let value = |(row, &time): (usize, &f64)| {
+                let of_drive = drive
+                    .iter()
+                    .map(|(known, factor)| factor * physics.driven(*known, time));
+                let of_columns = sum.iter().map(|&(column, factor)| factor * values[column][row]);
+                of_columns.chain(of_drive).sum::<f64>()
+            };
+            values[place] = self.time.iter().enumerate().map(value).collect();
+        }
+    }
+
+    /// Mean square of the differences of a channel from a motion, in parts of its size, where both are known.
+    pub fn left_in(&self, channel: usize, motion: &[f64]) -> f64 {
+        let pairs = self.values[channel].iter().zip(motion).zip(&self.reference[channel]);
+        let known = pairs.filter(|((_, motion), reference)| motion.is_finite() && reference.is_finite());
+        let squares = known.map(|((theirs, motion), _)| ((theirs - motion) / self.sizes[channel]).powi(2));
+        let (sum, count) = squares.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
+        sum / f64::from(count.max(1))
+    }
+
+    /// Mean difference of a channel from the reference, in its unit.
+    pub fn mean_off(&self, channel: usize) -> f64 {
+        let pairs = self.values[channel].iter().zip(&self.reference[channel]);
+        let off = pairs.map(|(theirs, ours)| theirs - ours).filter(|off| off.is_finite());
+        let (sum, count) = off.fold((0.0, 0u32), |(sum, count), off| (sum + off, count + 1));
+        sum / f64::from(count.max(1))
     }
 
     fn left_by_constants(&self) -> f64 {

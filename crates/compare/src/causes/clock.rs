@@ -4,7 +4,17 @@
 //! candidate's times into the reference's. An *error* is candidate minus reference, as every error of a comparison
 //! ([`OtherClock::offset`]); the offset to add is its negative, [`OtherClock::to_add`].
 
+use super::evidence::Evidence;
+use super::fit::Fit;
+use super::judge::EXPLAINED;
+use super::motion::Played;
+use super::parameters::agreement;
+use super::search::{Search, Tried};
+use super::{Cause, Causes, Proposal, rows};
+use crate::diagnosis::CauseKind;
 use serde::Serialize;
+use std::sync::Arc;
+use stickslip_system::record::EventKind;
 use stickslip_system::record::sequence::SequenceEvent;
 
 /// An offset to add with which the candidate's events agree with the reference's.
@@ -21,7 +31,7 @@ pub struct FoundOffset {
 }
 
 impl FoundOffset {
-    pub(super) fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         let FoundOffset {
             seconds,
             agree,
@@ -166,4 +176,170 @@ pub fn other_clock(
         counts_from: anchors.iter().find(|(_, at)| near(*at)).map(|(name, _)| *name),
         left,
     })
+}
+
+/// Events of the candidate and of the reference that are tried as starts of another clock.
+const LOOKED_AT: (usize, usize) = (4, 12);
+const LEAST: f64 = 1e-6;
+/// Smallest share that another clock must explain: with the right offset nothing is left.
+const OF_CLOCK: f64 = 1.0 - 1e-6;
+
+/// Times that differ by a constant: the reference's motion at other times.
+#[derive(Debug)]
+pub(crate) struct Clocked {
+    /// The clock that the events show, or else the samples; `None` if only an offset is known.
+    clock: Option<OtherClock>,
+    /// Offset found from the events.
+    offset: Option<FoundOffset>,
+    played: Played,
+}
+
+/// The reference at times that are `add` (s) later.
+fn shifted(search: &Search<'_>, add: f64) -> Option<Played> {
+    let evidence = search.evidence;
+    let values = match evidence.observation {
+        Some(observation) => {
+            let mut values = observation.reference_at(search.reference.walk().ok()?, add).ok()?;
+            observation.complete(&mut values, evidence.physics, &evidence.physics.course, add);
+            values
+        }
+        None => Vec::new(),
+    };
+    let events = search.reference.word.iter().map(|event| SequenceEvent {
+        time: event.time - add,
+        ..*event
+    });
+    Some(Played {
+        values,
+        events: events.collect(),
+        steps: 0,
+    })
+}
+
+/// An offset to add (s) that the samples show, from those of single events.
+fn offset_of_samples(search: &Search<'_>) -> Option<f64> {
+    let (evidence, reference) = (search.evidence, search.reference);
+    let period = evidence.period;
+    let mut begin: Vec<f64> = Vec::new();
+    for theirs in evidence.word.iter().take(LOOKED_AT.0) {
+        let same = reference.word.iter().filter(|ours| ours.kind == theirs.kind);
+        begin.extend(same.take(LOOKED_AT.1).map(|ours| ours.time - theirs.time));
+    }
+    begin.retain(|add| add.abs() > LEAST * period);
+    begin.sort_by(f64::total_cmp);
+    begin.dedup();
+    let cost = |add: f64| {
+        let moved = reference.word.iter().map(|event| SequenceEvent {
+            time: event.time - add,
+            ..*event
+        });
+        agreement(&moved.collect::<Vec<_>>(), evidence.word, period).cost
+    };
+    let begin = begin
+        .into_iter()
+        .map(|add| (cost(add), add))
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let fit = Fit {
+        evidence,
+        play: &|add: &[f64]| shifted(search, add[0]),
+        units: &[0.1 * period],
+    };
+    Some(fit.refined(vec![begin.1])?.values[0])
+}
+
+impl Cause for Clocked {
+    fn propose(search: &Search<'_>) -> Vec<Proposal> {
+        let reference = search.reference;
+        let first = reference.word.first().map(|event| match event.kind {
+            EventKind::Stick => ("the first stick", event.time),
+            _ => ("the first event", event.time),
+        });
+        let corner = if search.evidence.physics.coasts() {
+            "a corner of F(t)"
+        } else {
+            "a corner of a signal"
+        };
+        let corners = reference.events.iter();
+        let corners = corners.filter(|event| event.kind == EventKind::Corner && event.time > 0.0);
+        let kick = search.evidence.kicked.map(|time| ("the kick", time));
+        let anchors = kick
+            .into_iter()
+            .chain(first)
+            .chain(corners.map(|event| (corner, event.time)));
+        let anchors: Vec<(&'static str, f64)> = anchors.collect();
+        let clock = other_clock(&reference.word, search.evidence.word, &anchors, search.evidence.period);
+        let add = match (&clock, search.offset) {
+            (Some(clock), _) => Some(clock.to_add()),
+            (None, Some(offset)) => Some(offset.seconds),
+            (None, None) => offset_of_samples(search),
+        };
+        let clocked = add.and_then(|add| {
+            let played = shifted(search, add)?;
+            let clock = match (clock, search.offset) {
+                (None, None) => Some(OtherClock {
+                    offset: -add,
+                    counts_from: None,
+                    left: search.evidence.judged(&played, f64::INFINITY)?.after.max,
+                }),
+                (clock, _) => clock,
+            };
+            let offset = search.offset;
+            let proposal: Proposal = Arc::new(Clocked { clock, offset, played });
+            Some(proposal)
+        });
+        clocked.into_iter().collect()
+    }
+
+    fn run(&self, _: &Evidence<'_>, _: usize) -> Option<Played> {
+        Some(self.played.clone())
+    }
+
+    /// A clock whose zero is an event of the reference may be that of a solver with errors of its own.
+    fn least(&self, _: &Evidence<'_>) -> f64 {
+        if self.has_origin() { EXPLAINED } else { OF_CLOCK }
+    }
+
+    fn complexity(&self, _: &Evidence<'_>) -> usize {
+        0
+    }
+
+    fn is_of_file(&self) -> bool {
+        true
+    }
+
+    /// A brake stops once, so its motion begins at no other time.
+    fn is_certain(&self, evidence: &Evidence<'_>) -> bool {
+        evidence.physics.coasts() && self.has_origin()
+    }
+
+    /// A known origin of the times says most, then agreement of the events, then the offset. The proposal includes an
+    /// offset that was given.
+    fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
+        let given = search.candidate.clock.offset;
+        let words = match (&self.clock, self.offset) {
+            (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => FoundOffset {
+                seconds: offset.seconds + given,
+                ..offset
+            }
+            .words(),
+            (Some(clock), _) => {
+                let add = clock.to_add() + given;
+                format!("{}; repeat with --time-offset {add:.9}", clock.words())
+            }
+            (None, None) => String::new(),
+        };
+        (CauseKind::TimeOffset, words)
+    }
+
+    fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
+        causes.clock = self.clock.clone();
+        let (kind, words) = self.words(search);
+        (kind, words + &rows::beside(search, "another clock", all, causes))
+    }
+}
+
+impl Clocked {
+    fn has_origin(&self) -> bool {
+        self.clock.as_ref().is_some_and(|clock| clock.counts_from.is_some())
+    }
 }

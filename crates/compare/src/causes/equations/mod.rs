@@ -1,9 +1,17 @@
-//! Parameters of a case fitted to the equations that a candidate's samples satisfy.
+//! Parameters of a case fitted to the equations that a candidate's samples satisfy between its events. They are
+//! proposals, and need no run.
 
-use super::equations::{Equations, Missed};
-use super::mistake::of_normal_force;
-use super::stretches::Stretch;
+mod residual;
+pub mod stretches;
+
+use super::fit::{least_squares, left, square};
+use super::number::BREAKAWAY;
+use super::parameters::of_normal_force;
+use residual::{Equations, Missed};
 use stickslip_case::WrittenCase;
+use stickslip_system::model::system::System;
+use stretches::Stretch;
+pub(crate) use stretches::StretchPass;
 
 /// An equation holds if its root mean square residual is below this part of its terms, which covers quadrature and
 /// rounding, or below this part of the change by a quadrature through fewer samples.
@@ -26,23 +34,18 @@ const FEWEST: usize = 10;
 /// A stretch whose residual exceeds this multiple of the median is an outlier: a kick, or a missed event.
 const ACCIDENT: f64 = 30.0;
 const ACCIDENTS: f64 = 0.02;
-/// A change of a parameter by 100 % must change the equations by this part of their terms for the samples to hold it,
-/// and by the second part to explain them.
-const HELD: f64 = 1e-4;
+/// A change of a parameter by 100 % must change the equations by this part of their terms to explain the samples.
 const TOUCHED: f64 = 1e-7;
 
+/// A parameter: its path, its value in SI, and the error of the value.
+pub(crate) type FittedNumber = (String, f64, f64);
+
+/// Parameters, one or two at once, with which the samples satisfy the equations.
 #[derive(Debug)]
-pub(super) enum Fitted {
-    Nothing,
-    /// The samples satisfy the equations of the case, and confirm the parameters with these paths.
-    Satisfied(Vec<String>),
-    Unexplained,
-    /// Parameters with values and errors, and the part that they explain; and alternatives, each alone.
-    Explained {
-        numbers: Vec<(String, f64, f64)>,
-        explained: f64,
-        or: Vec<(String, f64, f64)>,
-    },
+pub(crate) struct Fitted {
+    pub numbers: Vec<FittedNumber>,
+    /// Other parameters that do as well, each alone.
+    pub or: Vec<FittedNumber>,
 }
 
 struct FitProblem<'a> {
@@ -156,10 +159,6 @@ impl<'a> FitProblem<'a> {
     }
 }
 
-fn square(values: &[f64]) -> f64 {
-    values.iter().map(|x| x * x).sum()
-}
-
 fn masked(mut values: Vec<f64>, mask: &[bool]) -> Vec<f64> {
     for (value, on) in values.iter_mut().zip(mask) {
         if !on {
@@ -169,45 +168,44 @@ fn masked(mut values: Vec<f64>, mask: &[bool]) -> Vec<f64> {
     values
 }
 
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The least-squares step for one or two slopes, and the diagonal of the inverse of the normal matrix.
-pub(in super::super) fn least_squares<S: AsRef<[f64]>>(slopes: &[S], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-    match slopes {
-        [a] => {
-            let a = a.as_ref();
-            let aa = square(a);
-            (aa > 0.0).then(|| (vec![-product(a, now) / aa], vec![1.0 / aa]))
+/// Paths of damping and drag that are 0 in the case.
+fn absent(system: &System) -> Vec<String> {
+    let mut found = Vec::new();
+    for (name, train) in [("rotor", &system.rotor), ("stator", &system.stator)] {
+        for (key, values) in [("damping", &train.damping), ("viscous", &train.viscous)] {
+            let zeros = (0..values.len()).filter(|&index| values[index] == 0.0);
+            found.extend(zeros.map(|index| format!("{name}.{key}.{index}")));
         }
-        [a, b] => {
-            let (a, b) = (a.as_ref(), b.as_ref());
-            let (aa, bb, ab) = (square(a), square(b), product(a, b));
-            let det = aa * bb - ab * ab;
-            let (an, bn) = (product(a, now), product(b, now));
-            (det > 1e-10 * aa * bb).then(|| {
-                let step = vec![(ab * bn - bb * an) / det, (ab * an - aa * bn) / det];
-                (step, vec![bb / det, aa / det])
-            })
-        }
-        _ => None,
     }
+    found
 }
 
-/// Fits the parameters of `paths`, and the `absent` ones, which are 0 in the case, to the stretches; `places` are those
-/// of their channels in the state.
-pub(super) fn fit<'a>(
+/// Parameters with which the equations of a case hold for a candidate's samples; `None` if they hold as they are, if no
+/// parameters mend them, or if the samples do not show them. `places` are those of the channels in the state.
+pub(crate) fn fitted(numbers: &WrittenCase, places: &[usize], stretches: StretchPass) -> Option<Fitted> {
+    // Changes are factors, so a parameter that is 0 has none.
+    let shown = numbers.numbers().iter().filter(|number| number.value != 0.0);
+    let shown = shown.map(|number| number.path.as_str());
+    let is_shown =
+        |path: &&str| !path.starts_with("perturbation.") && !path.starts_with("initial.") && *path != BREAKAWAY;
+    let paths: Vec<&str> = shown.filter(is_shown).collect();
+    fit(
+        numbers,
+        places,
+        &stretches.finish(),
+        &paths,
+        &absent(&numbers.case().system),
+    )
+}
+
+fn fit<'a>(
     numbers: &'a WrittenCase,
     places: &[usize],
     stretches: &'a [Stretch],
     paths: &[&'a str],
     absent: &'a [String],
-) -> Fitted {
-    let case = numbers.moved_all(&[]).filter(|_| stretches.len() >= FEWEST);
-    let Some((case, _)) = case else {
-        return Fitted::Nothing;
-    };
+) -> Option<Fitted> {
+    let (case, _) = numbers.moved_all(&[]).filter(|_| stretches.len() >= FEWEST)?;
     let base = Equations::new(case, places, stretches);
     let equations = base.count();
     let stretch_by_stretch = stretches.iter().enumerate();
@@ -217,7 +215,7 @@ pub(super) fn fit<'a>(
     let present: Vec<bool> = missed.iter().map(Option::is_some).collect();
     let count = present.iter().filter(|there| **there).count();
     if count < FEWEST {
-        return Fitted::Nothing;
+        return None;
     }
     let scale = (0..equations).map(|equation| {
         let of_equation = missed.iter().skip(equation).step_by(equations).flatten();
@@ -237,7 +235,10 @@ pub(super) fn fit<'a>(
     };
     let raw = problem.missed(&[], false);
     let root = |sum: f64| (sum / count as f64).sqrt();
-    // Slopes at the case's own values: the parameters that the samples hold, and those that may explain them.
+    if is_satisfied(&raw, &problem.missed(&[], true), &present, equations) {
+        return None;
+    }
+    // Slopes at the case's own values.
     let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
     for &path in paths {
         let slope = problem.slope(&[(path, problem.value(path))], 0, false);
@@ -256,18 +257,12 @@ pub(super) fn fit<'a>(
             columns.push((path, slope));
         }
     }
-    if is_satisfied(&raw, &problem.missed(&[], true), &present, equations) {
-        let held = columns[..in_case]
-            .iter()
-            .filter(|(_, slope)| root(square(slope)) > HELD);
-        return Fitted::Satisfied(held.map(|(path, _)| (*path).to_owned()).collect());
-    }
     let mut mask = present.clone();
     let closest = |groups: &mut dyn Iterator<Item = Vec<usize>>, mask: &[bool]| -> Vec<Solution<'a>> {
         let now = masked(raw.clone(), mask);
         let ranked = groups.map(|group| {
             let slopes = group.iter().map(|&k| masked(columns[k].1.clone(), mask));
-            let left = left_by(&slopes.collect::<Vec<_>>(), &now);
+            let left = left(&slopes.collect::<Vec<_>>(), &now);
             (left, group.iter().map(|&k| columns[k].0).collect::<Vec<_>>())
         });
         let mut ranked: Vec<(f64, Vec<&'a str>)> = ranked.collect();
@@ -301,7 +296,7 @@ pub(super) fn fit<'a>(
         solution.left <= LEFT * LEFT * before && is_known
     };
     // The quadrature through fewer samples bounds the error of the values.
-    let with_error = |solution: &Solution<'a>| -> Vec<(String, f64, f64)> {
+    let with_error = |solution: &Solution<'a>| -> Vec<FittedNumber> {
         let coarse = problem.solve(&solution.paths, &mask, true);
         let each = solution.paths.iter().enumerate().map(|(k, path)| {
             let (value, deviation) = (solution.values[k], solution.deviations[k]);
@@ -310,10 +305,11 @@ pub(super) fn fit<'a>(
         });
         each.collect()
     };
-    let explained = |best: &Solution<'a>, or: Vec<(String, f64, f64)>| Fitted::Explained {
-        numbers: with_error(best),
-        explained: 1.0 - (best.left / before).sqrt(),
-        or,
+    let explained = |best: &Solution<'a>, or: Vec<FittedNumber>| {
+        Some(Fitted {
+            numbers: with_error(best),
+            or,
+        })
     };
     solved.sort_by(|a, b| a.left.total_cmp(&b.left));
     // Of parameters that explain as much, the force comes last.
@@ -334,20 +330,8 @@ pub(super) fn fit<'a>(
     solved.sort_by(|a, b| a.left.total_cmp(&b.left));
     match solved.first().filter(explains) {
         Some(best) if solved.get(1).is_none_or(|next| !as_much(next.left, best.left)) => explained(best, Vec::new()),
-        _ => Fitted::Unexplained,
+        _ => None,
     }
-}
-
-/// Sum of squares of `now` that remains after the best step along the slopes; infinite without one.
-fn left_by(slopes: &[Vec<f64>], now: &[f64]) -> f64 {
-    let Some((step, _)) = least_squares(slopes, now) else {
-        return f64::INFINITY;
-    };
-    let left = now.iter().enumerate().map(|(k, x)| {
-        let moved: f64 = slopes.iter().zip(&step).map(|(slope, step)| slope[k] * step).sum();
-        (x + moved) * (x + moved)
-    });
-    left.sum()
 }
 
 fn is_satisfied(fine: &[f64], coarse: &[f64], present: &[bool], equations: usize) -> bool {

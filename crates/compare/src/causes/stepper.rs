@@ -1,12 +1,14 @@
 //! Solvers with steps: the equations of a case by a method of low order, with events at the ends of steps.
 
-use super::super::Channel;
-use super::super::creep::SHAPES;
-use super::super::reference::Physics;
+use super::creep::SHAPES;
+use super::motion::Played;
 use super::observation::{Observation, ObservedValues};
-use super::play::Played;
+use crate::Channel;
+use crate::reference::Physics;
 use std::cmp::Ordering;
 use stickslip_engine::simulation::Course;
+use stickslip_engine::simulation::stepping::{ExplicitStep, classical};
+use stickslip_engine::sundials::Coefficients;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::Kick;
@@ -14,7 +16,7 @@ use stickslip_system::record::EventKind;
 use stickslip_system::record::sequence::SequenceEvent;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in super::super) enum Scheme {
+pub(crate) enum Scheme {
     Exact,
     RungeKutta,
     Midpoint,
@@ -57,13 +59,29 @@ impl Scheme {
         }
     }
 
+    /// Coefficients, if the scheme is an explicit Runge-Kutta method.
+    fn explicit(self) -> Option<Coefficients> {
+        let of = |a: &[&[f64]], b: &[f64], c: &[f64]| Coefficients {
+            a: a.iter().map(|row| row.to_vec()).collect(),
+            b: b.to_vec(),
+            c: c.to_vec(),
+            d: b.to_vec(),
+        };
+        match self {
+            Scheme::RungeKutta => Some(classical()),
+            Scheme::Midpoint => Some(of(&[&[], &[0.5]], &[0.0, 1.0], &[0.0, 0.5])),
+            Scheme::Euler => Some(of(&[&[]], &[1.0], &[0.0])),
+            _ => None,
+        }
+    }
+
     pub fn is_low(self) -> bool {
         self.order().is_some_and(|order| order < 4)
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in super::super) enum Stop {
+pub(crate) enum Stop {
     /// omega_r has changed its sign; it is then set to zero.
     Sign,
     /// |omega_r| is at most this (rad/s) and falls; omega_r is then set to zero.
@@ -73,7 +91,7 @@ pub(in super::super) enum Stop {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in super::super) struct Stepper {
+pub(crate) struct Stepper {
     pub step: f64,
     pub scheme: Scheme,
     pub stop: Stop,
@@ -119,7 +137,8 @@ struct SteppedMotion<'a> {
     mode: Mode,
     t: f64,
     y: Vec<f64>,
-    scratch: [Vec<f64>; 5],
+    explicit: Option<ExplicitStep<Vec<f64>>>,
+    scratch: [Vec<f64>; 3],
 }
 
 impl SteppedMotion<'_> {
@@ -212,53 +231,30 @@ impl SteppedMotion<'_> {
         }
     }
 
+    /// A step of `h`, s; `false` if it fails.
     fn step(&mut self, scheme: Scheme, h: f64) -> bool {
-        let [mut a, mut b, mut c, mut d, mut at] = std::mem::take(&mut self.scratch);
         let t = self.t;
-        let plus = |at: &mut Vec<f64>, y: &[f64], h: f64, k: &[f64]| {
-            at.clear();
-            at.extend(y.iter().zip(k).map(|(y, k)| y + h * k));
-        };
-        for rates in [&mut a, &mut b, &mut c, &mut d] {
-            rates.resize(self.y.len(), 0.0);
-        }
         let mut arrived = true;
-        match scheme {
-            Scheme::Exact => arrived = self.exact(t + h),
-            Scheme::RungeKutta => {
-                self.rates(t, &self.y, &mut a);
-                plus(&mut at, &self.y, h / 2.0, &a);
-                self.rates(t + h / 2.0, &at, &mut b);
-                plus(&mut at, &self.y, h / 2.0, &b);
-                self.rates(t + h / 2.0, &at, &mut c);
-                plus(&mut at, &self.y, h, &c);
-                self.rates(t + h, &at, &mut d);
-                for (k, y) in self.y.iter_mut().enumerate() {
-                    *y += h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
-                }
-            }
-            Scheme::Midpoint => {
-                self.rates(t, &self.y, &mut a);
-                plus(&mut at, &self.y, h / 2.0, &a);
-                self.rates(t + h / 2.0, &at, &mut b);
-                self.y.iter_mut().zip(&b).for_each(|(y, b)| *y += h * b);
-            }
-            Scheme::Euler => {
-                self.rates(t, &self.y, &mut a);
-                self.y.iter_mut().zip(&a).for_each(|(y, a)| *y += h * a);
-            }
-            Scheme::SymplecticEuler => {
-                self.rates(t, &self.y, &mut a);
-                self.y.iter_mut().zip(&a).for_each(|(y, a)| *y += h * a);
+        if let Some(mut method) = self.explicit.take() {
+            method.take(t, &self.y, h, |t, y, rates| self.rates(t, y, rates));
+            self.y.copy_from_slice(&method.solution);
+            self.explicit = Some(method);
+        } else if scheme == Scheme::Exact {
+            arrived = self.exact(t + h);
+        } else {
+            let [mut a, mut b, mut at] = std::mem::take(&mut self.scratch);
+            a.resize(self.y.len(), 0.0);
+            b.resize(self.y.len(), 0.0);
+            self.rates(t, &self.y, &mut a);
+            at.clear();
+            at.extend(self.y.iter().zip(&a).map(|(y, a)| y + h * a));
+            if scheme == Scheme::SymplecticEuler {
                 // Twists follow the rates at the end of the step.
                 for rate in self.physics.system().twist_rates() {
-                    self.y[rate - 1] += h * h * a[rate];
+                    at[rate - 1] += h * h * a[rate];
                 }
-            }
-            Scheme::ImplicitEuler | Scheme::Trapezoid => {
-                self.rates(t, &self.y, &mut a);
+            } else {
                 let new = if scheme == Scheme::Trapezoid { 0.5 } else { 1.0 };
-                plus(&mut at, &self.y, h, &a);
                 for _ in 0..MOST_ITERATIONS {
                     self.rates(t + h, &at, &mut b);
                     let mut change = 0.0f64;
@@ -271,11 +267,11 @@ impl SteppedMotion<'_> {
                         break;
                     }
                 }
-                self.y.copy_from_slice(&at);
             }
+            self.y.copy_from_slice(&at);
+            self.scratch = [a, b, at];
         }
         self.t = t + h;
-        self.scratch = [a, b, c, d, at];
         arrived && self.y.iter().all(|y| y.is_finite())
     }
 }
@@ -286,7 +282,7 @@ const MOST_SHORT_STEPS: f64 = 1e6;
 
 /// The motion with a smooth function (index in [`SHAPES`], speed in rad/s) that replaces the sign, at the times of an
 /// observation.
-pub(super) fn creeping(
+pub(crate) fn creeping(
     physics: &Physics,
     smooth: (usize, f64),
     (from, y): (f64, &[f64]),
@@ -306,6 +302,9 @@ pub(super) fn creeping(
         mode: Mode::Separated,
         t: from,
         y: y.to_vec(),
+        explicit: Scheme::RungeKutta
+            .explicit()
+            .map(|method| ExplicitStep::new(method, y.to_vec())),
         scratch: Default::default(),
     };
     let times = observation.time.iter().copied();
@@ -402,6 +401,22 @@ const HALVINGS: usize = 45;
 const MOST_IN_STEP: usize = 20;
 
 impl Stepper {
+    /// A solver that takes events, or sticks, at a change of sign.
+    pub fn new(scheme: Scheme, located: bool, step: f64) -> Stepper {
+        Stepper {
+            step,
+            scheme,
+            stop: Stop::Sign,
+            located,
+            late_slips: false,
+            shows_before: false,
+            strict: false,
+            even: false,
+            breakaway: 1.0,
+            digit: 0.0,
+        }
+    }
+
     /// The motion from a time (s) and a state to a time: its events, and the first `rows` samples of an observation.
     /// With `usize::MAX` rows it ends once it is far from the candidate. `None` if the contact opens or the motion does
     /// not finish.
@@ -433,6 +448,10 @@ impl Stepper {
             mode: Mode::Stick,
             t: from,
             y: y.to_vec(),
+            explicit: self
+                .scheme
+                .explicit()
+                .map(|method| ExplicitStep::new(method, y.to_vec())),
             scratch: Default::default(),
         };
         let kicks = kicks.iter();

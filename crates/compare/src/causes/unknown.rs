@@ -1,21 +1,23 @@
 //! Parameters that may differ in a candidate: those of the case, and those that are zero or absent in it.
 
-use super::Bench;
-use super::play::Played;
+use super::evidence::Evidence;
+use super::number::is_coefficient;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use stickslip_system::model::system::{Pressing, Train};
 use stickslip_system::signal::{Drive, Wave};
 
 #[derive(Debug, Clone)]
-pub(super) struct Unknown {
+pub(crate) struct Unknown {
     pub path: String,
     pub value: f64,
     pub unit: f64,
     pub with: Vec<String>,
+    /// Other parameters that change by the same factor, with their values.
+    pub scaled: Numbers,
     pub mistaken: Vec<f64>,
 }
 
-pub(super) type Numbers = Vec<(String, f64)>;
+pub(crate) type Numbers = Vec<(String, f64)>;
 
 /// Common mistakes of a parameter, as factors: double, half, zero, other sign, degrees.
 const MISTAKEN: [f64; 6] = [2.0, 0.5, 0.0, -1.0, TAU / 360.0, 360.0 / TAU];
@@ -26,11 +28,15 @@ const TURNS: [f64; 3] = [FRAC_PI_2, -FRAC_PI_2, PI];
 impl Unknown {
     pub fn changes(&self, value: f64) -> Numbers {
         let paths = [&self.path].into_iter().chain(&self.with);
-        paths.map(|path| (path.clone(), value)).collect()
+        let same = paths.map(|path| (path.clone(), value));
+        let scaled = self.scaled.iter();
+        same.chain(scaled.map(|(path, own)| (path.clone(), own * value / self.value)))
+            .collect()
     }
 
-    pub fn played(&self, bench: &Bench<'_>, start: usize, value: f64) -> Option<Played> {
-        bench.with_numbers(start, &self.changes(value))
+    /// Whether it changes alone.
+    pub fn is_alone(&self) -> bool {
+        self.with.is_empty() && self.scaled.is_empty()
     }
 }
 
@@ -41,13 +47,13 @@ fn wave(drive: &Drive) -> Option<&Wave> {
     }
 }
 
-impl Bench<'_> {
-    pub(super) fn unknown(&self) -> Vec<Unknown> {
+impl Evidence<'_> {
+    pub(crate) fn unknown(&self) -> Vec<Unknown> {
         let (system, trains) = (self.physics.system(), &self.physics.trains);
         let omega = self.physics.natural_angular_frequency();
         let speed = self.physics.speed();
         let torque = system.breakaway * system.radius * self.physics.course.largest_force();
-        let of_case = self.numbers.numbers().iter().filter(|number| number.value != 0.0);
+        let of_case = self.case.numbers().iter().filter(|number| number.value != 0.0);
         let mut unknown: Vec<Unknown> = of_case
             .map(|number| {
                 let is_phase = number.path.ends_with(".phase");
@@ -56,6 +62,7 @@ impl Bench<'_> {
                     value: number.value,
                     unit: if is_phase { 1.0 } else { number.value.abs() },
                     with: Vec::new(),
+                    scaled: Vec::new(),
                     mistaken: match is_phase {
                         true => TURNS
                             .map(|turn| number.value + turn)
@@ -69,11 +76,11 @@ impl Bench<'_> {
             .collect();
         // The speed of a driven end, together with equal speeds at t = 0.
         for end in ["rotor.speed", "stator.speed"] {
-            let number = self.numbers.number(end).map(|number| number.value);
+            let number = self.case.number(end).map(|number| number.value);
             let Some(value) = number.filter(|speed| *speed != 0.0) else {
                 continue;
             };
-            let initial = self.numbers.numbers().iter();
+            let initial = self.case.numbers().iter();
             let same = initial.filter(|n| n.path.starts_with("initial.") && n.value == value);
             let with: Vec<String> = same.map(|number| number.path.clone()).collect();
             if !with.is_empty() {
@@ -82,9 +89,25 @@ impl Bench<'_> {
                     value,
                     unit: value.abs(),
                     with,
+                    scaled: Vec::new(),
                     mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
                 });
             }
+        }
+        // All coefficients of friction, which a mistaken size or unit of the force changes together.
+        let coefficients = self.case.numbers().iter();
+        let coefficients = coefficients.filter(|number| number.value != 0.0 && is_coefficient(&number.path));
+        let mut coefficients = coefficients.map(|number| (number.path.clone(), number.value));
+        if let Some((path, value)) = coefficients.next() {
+            let scaled: Numbers = coefficients.collect();
+            unknown.extend((!scaled.is_empty()).then(|| Unknown {
+                path,
+                value,
+                unit: value.abs(),
+                with: Vec::new(),
+                scaled,
+                mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
+            }));
         }
         let mut absent = |path: String, unit: f64, mistaken: &[f64]| {
             let of_list = [path.strip_suffix(".0").map(str::to_owned), Some(format!("{path}.0"))];
@@ -97,6 +120,7 @@ impl Bench<'_> {
                     value: 0.0,
                     unit,
                     with: Vec::new(),
+                    scaled: Vec::new(),
                     mistaken: mistaken.to_vec(),
                 });
             }

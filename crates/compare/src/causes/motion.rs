@@ -1,11 +1,11 @@
 //! Motion of a case sampled like a candidate: its events, and its channels at the candidate's times.
 
-use super::super::Channel;
-use super::super::limit::Limit;
-use super::super::open_contact::sequence;
-use super::super::parameters::TrialStart;
-use super::super::reference::Physics;
+use super::evidence::TrialStart;
 use super::observation::{Observation, ObservedValues};
+use crate::Channel;
+use crate::limit::Limit;
+use crate::open_contact::sequence;
+use crate::reference::Physics;
 use std::ops::ControlFlow;
 use stickslip_engine::simulation::{Course, Method, OutputOptions, Progress, Simulation, SolverOptions, simulate_from};
 use stickslip_system::model::Mode;
@@ -23,7 +23,7 @@ const MOST_NODES: usize = 500_000;
 
 /// A run: its start, its end (s), and its most events and steps.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct PlayScore<'a> {
+pub(crate) struct MotionRequest<'a> {
     pub system: &'a System,
     /// Threshold of a contact without stick, rad/s.
     pub threshold: f64,
@@ -37,45 +37,46 @@ pub(in super::super) struct PlayScore<'a> {
 }
 
 #[derive(Debug, Clone, Default)]
-pub(in super::super) struct Played {
+pub(crate) struct Played {
     /// NaN where the motion is unknown.
     pub values: ObservedValues,
     pub events: Vec<SequenceEvent>,
     pub steps: u64,
 }
 
-impl PlayScore<'_> {
+impl MotionRequest<'_> {
     /// Events of the run; `None` if it fails or takes too long.
     pub fn events(&self) -> Option<Played> {
         self.run(false, &mut NoRecorder)
     }
 
     /// Events, and the channels of the observation at its times.
-    pub fn play(&self, physics: &Physics, observation: &Observation) -> Option<Played> {
-        Some(self.traced()?.sampled(physics, observation))
+    pub fn sampled(&self, physics: &Physics, observation: &Observation) -> Option<Played> {
+        let (mut course, traced) = self.kept()?;
+        Some(traced.sampled(&mut course, physics, observation))
     }
 
+    /// Events, and the states at the ends of the steps.
     pub fn traced(&self) -> Option<Traced> {
-        let mut kept = KeptPlay {
+        self.kept().map(|(_, traced)| traced)
+    }
+
+    fn kept(&self) -> Option<(Course, Traced)> {
+        let mut kept = KeptMotion {
             course: Course::new(self.system, self.threshold, &self.solver()),
             further: Vec::new(),
             nodes: Vec::new(),
             begins: None,
         };
         let played = self.run(true, &mut kept)?;
-        let KeptPlay {
-            course,
-            mut nodes,
-            begins,
-            ..
-        } = kept;
+        let mut nodes = kept.nodes;
         // A run from a state has no sample at its start.
-        if let (TrialStart::At(time, y), Some(mode)) = (self.start, begins)
+        if let (TrialStart::At(time, y), Some(mode)) = (self.start, kept.begins)
             && nodes.first().is_none_or(|node| node.0 > *time)
         {
             nodes.insert(0, (*time, mode, y.clone()));
         }
-        Some(Traced { course, nodes, played })
+        Some((kept.course, Traced { nodes, played }))
     }
 
     fn solver(&self) -> SolverOptions {
@@ -126,46 +127,55 @@ impl PlayScore<'_> {
 }
 
 /// A state of a run: time (s), mode from there on, state.
-pub(super) type PlayNode = (f64, Mode, Vec<f64>);
+pub(crate) type MotionNode = (f64, Mode, Vec<f64>);
 
-pub(in super::super) struct Traced {
-    pub course: Course,
-    pub nodes: Vec<PlayNode>,
+/// A run with its states at the ends of its steps.
+#[derive(Debug, Clone)]
+pub(crate) struct Traced {
+    pub nodes: Vec<MotionNode>,
     pub played: Played,
 }
 
 impl Traced {
-    pub fn state_at(&mut self, time: f64) -> Option<(Mode, Vec<f64>)> {
+    /// Mode and state at a time, s.
+    pub fn state_at(&self, physics: &Physics, time: f64) -> Option<(Mode, Vec<f64>)> {
         let (from, mode, y) = self.nodes.iter().rfind(|node| node.0 <= time)?;
         let mut y = y.clone();
-        let arrived = self
-            .course
-            .go(*mode, (*from, time), &mut y, MOST_EXPANSIONS, &mut |_, _| {});
+        let mut course = physics.course();
+        let arrived = course.go(*mode, (*from, time), &mut y, MOST_EXPANSIONS, &mut |_, _| {});
         arrived.then_some((*mode, y))
     }
 
-    pub fn sampled(mut self, physics: &Physics, observation: &Observation) -> Played {
-        let mut values = sampled(
-            &mut self.course,
-            &self.nodes,
-            physics,
-            &observation.channels,
-            &observation.time,
-        );
-        observation.complete(&mut values, physics, &self.course, 0.0);
-        Played { values, ..self.played }
+    /// Channels at increasing times (s); NaN where the motion is unknown.
+    pub fn values_at(
+        &self,
+        course: &mut Course,
+        physics: &Physics,
+        channels: &[Channel],
+        times: &[f64],
+    ) -> ObservedValues {
+        sampled(course, &self.nodes, physics, channels, times)
+    }
+
+    pub fn sampled(&self, course: &mut Course, physics: &Physics, observation: &Observation) -> Played {
+        let mut values = self.values_at(course, physics, &observation.channels, &observation.time);
+        observation.complete(&mut values, physics, course, 0.0);
+        Played {
+            values,
+            ..self.played.clone()
+        }
     }
 }
 
-struct KeptPlay {
+struct KeptMotion {
     course: Course,
     /// State of the next sample, or before and after the next event.
     further: Vec<f64>,
-    nodes: Vec<PlayNode>,
+    nodes: Vec<MotionNode>,
     begins: Option<Mode>,
 }
 
-impl Recorder for KeptPlay {
+impl Recorder for KeptMotion {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.extend_from_slice(values);
         Ok(())
@@ -197,7 +207,7 @@ impl Recorder for KeptPlay {
 /// The channels at increasing times (s) of the motion that leads from each node to the next.
 fn sampled(
     course: &mut Course,
-    nodes: &[PlayNode],
+    nodes: &[MotionNode],
     physics: &Physics,
     channels: &[Channel],
     times: &[f64],

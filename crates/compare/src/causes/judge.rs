@@ -1,51 +1,27 @@
 //! Part of a candidate's difference that a motion explains.
 
-use super::super::detect::Detection;
-use super::super::parameters::{self, Agreement};
-use super::observation::Observation;
-use super::play::Played;
-use std::sync::OnceLock;
+use super::evidence::Evidence;
+use super::motion::Played;
+use super::parameters::{self, Agreement};
 use stickslip_system::record::sequence::SequenceEvent;
 
 /// Smallest explained part of the squared difference for a cause, and of squared event times if samples show more than
 /// events.
-pub(in super::super) const EXPLAINED: f64 = 0.99;
+pub(crate) const EXPLAINED: f64 = 0.99;
 const OF_EVENTS: f64 = 0.9;
 /// A motion that leaves less than this part of the squares of the samples has the events found in them.
-pub(super) const ALL: f64 = 1e-4;
+pub(crate) const ALL: f64 = 1e-4;
 /// A motion that explains this part is the candidate's, whatever events were found.
-pub(super) const EXACT: f64 = 1.0 - 1e-6;
+pub(crate) const EXACT: f64 = 1.0 - 1e-6;
+/// Smallest explained share for values fitted to samples, because some value brings any two motions closer.
+pub(crate) const OF_FITTED: f64 = 0.999;
 /// Mean squares (in parts of the sizes) and squares of event times (s^2) below this are rounding.
 const FLOOR: f64 = 1e-18;
 /// Two motions explain equally if their remaining squares differ by less than this factor.
 const AS_MUCH: f64 = 2.0;
 
-#[derive(Debug)]
-pub(in super::super) struct Evidence<'a> {
-    pub observation: Option<&'a Observation>,
-    /// Events of the candidate and of the reference.
-    pub word: &'a [SequenceEvent],
-    pub reference: &'a [SequenceEvent],
-    pub covered: (f64, f64),
-    pub period: f64,
-    /// Uncertainty of the candidate's event times, s.
-    pub bound: f64,
-    /// How the events were found in the samples, which then say more; `None` if they were stated.
-    pub detected: Option<Detection>,
-    /// The contact has a stick.
-    pub sticks: bool,
-    /// Difference of a sample that needs no explanation, in parts of the sizes.
-    pub least: f64,
-    /// The candidate ends before the first event, which starts amplified rounding.
-    pub is_smooth: bool,
-    /// Agreement of the reference's events with the candidate's, computed on demand.
-    pub before: OnceLock<Agreement>,
-    /// Events found in the kept samples of the candidate, computed on demand.
-    pub found: OnceLock<Option<Vec<SequenceEvent>>>,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in super::super) struct Judged {
+pub(crate) struct Judged {
     /// Part of the squared difference of candidate and reference that the motion removes.
     pub explained: f64,
     pub left: f64,
@@ -53,14 +29,15 @@ pub(in super::super) struct Judged {
     pub before: Agreement,
     pub after: Agreement,
     events: bool,
-    /// What the candidate does before its first difference contradicts the motion, or a constant of each channel explains
-    /// as much.
-    refuted: bool,
+    /// What the candidate does before its first difference contradicts the motion.
+    contradicted: bool,
+    /// A constant of each channel explains as much.
+    constant: bool,
 }
 
 impl Judged {
     pub fn is_cause(&self) -> bool {
-        self.explained >= EXPLAINED && self.events && !self.refuted
+        self.explained >= EXPLAINED && self.events && !self.contradicted && !self.constant
     }
 
     /// Whether no more events lack a partner than with the reference.
@@ -73,6 +50,14 @@ impl Judged {
         Judged { events: true, ..self }
     }
 
+    /// Judges a motion that differs by constants alone.
+    pub fn by_constants(self) -> Judged {
+        Judged {
+            constant: false,
+            ..self
+        }
+    }
+
     pub fn far() -> Judged {
         Judged {
             explained: 0.0,
@@ -80,7 +65,8 @@ impl Judged {
             before: Agreement::default(),
             after: Agreement::default(),
             events: false,
-            refuted: true,
+            contradicted: true,
+            constant: false,
         }
     }
 
@@ -91,11 +77,11 @@ impl Judged {
 
 /// Motions are close while no channel differs by more than this part of its size, and no event by more than this part
 /// of the natural period. A window has this many samples, or events, more: they show the error of an event.
-pub(super) const CLOSE: f64 = 0.05;
+pub(crate) const CLOSE: f64 = 0.05;
 const FEWEST: usize = 8;
 
 /// A motion that is farther than this many times what needs no explanation is another.
-pub(super) const FARTHER: f64 = 10.0;
+pub(crate) const FARTHER: f64 = 10.0;
 
 const PROJECTIONS: usize = 6;
 
@@ -113,7 +99,7 @@ impl Evidence<'_> {
     }
 
     /// Number of samples, or of events without samples, that are compared during a fit.
-    pub(super) fn window(&self, played: &Played) -> usize {
+    pub(crate) fn window(&self, played: &Played) -> usize {
         match self.observation {
             Some(observation) => {
                 let covered = observation.time.partition_point(|time| *time <= self.covered.1);
@@ -128,9 +114,18 @@ impl Evidence<'_> {
         }
     }
 
+    /// Whether a window has all samples, or all events without samples.
+    pub(crate) fn is_whole(&self, played: &Played, window: usize) -> bool {
+        let all = match self.observation {
+            Some(observation) => observation.time.partition_point(|time| *time <= self.covered.1),
+            None => self.pairs(played).count(),
+        };
+        window >= all
+    }
+
     /// Differences of a motion from the candidate in a window, channel by channel in parts of the sizes, or event by
     /// event in natural periods; NaN if the motion has no value.
-    pub(super) fn residual(&self, played: &Played, window: usize) -> Vec<f64> {
+    pub(crate) fn residual(&self, played: &Played, window: usize) -> Vec<f64> {
         match self.observation {
             Some(observation) => observation.residual(&played.values, window),
             None => {
@@ -140,7 +135,7 @@ impl Evidence<'_> {
         }
     }
 
-    pub(super) fn reference(&self) -> Played {
+    pub(crate) fn reference(&self) -> Played {
         Played {
             values: self.observation.map_or_else(Vec::new, |seen| seen.reference.clone()),
             events: self.reference.to_vec(),
@@ -151,7 +146,7 @@ impl Evidence<'_> {
     /// Value, searched from `begin`, at which the candidate's difference from the reference, projected onto the
     /// motion's, equals the motion's. The motion is the reference at zero, and differs from it by the power `order` of
     /// the value.
-    pub(super) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64) -> Option<Played>) -> Option<f64> {
+    pub(crate) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64) -> Option<Played>) -> Option<f64> {
         let reference = self.reference();
         let window = self.window(&reference);
         let off = self.residual(&reference, window);
@@ -181,13 +176,13 @@ impl Evidence<'_> {
     }
 
     /// Whether the candidate has an event at a time, s.
-    pub(super) fn has_event(&self, time: f64) -> bool {
+    pub(crate) fn has_event(&self, time: f64) -> bool {
         let near = self.bound.max(self.least * self.period);
         self.word.iter().any(|event| (event.time - time).abs() <= near)
     }
 
     /// Whether two motions differ by rounding only.
-    pub(super) fn is_same(&self, one: &Played, other: &Played) -> bool {
+    pub(crate) fn is_same(&self, one: &Played, other: &Played) -> bool {
         let events = one.events.iter().zip(&other.events);
         let near = |(a, b): (&SequenceEvent, &SequenceEvent)| {
             a.kind == b.kind && (a.time - b.time).abs() <= 1e-9 * self.period
@@ -251,8 +246,11 @@ impl Evidence<'_> {
         let found = self.detected.zip(self.observation).and_then(|(detection, seen)| {
             let theirs = self
                 .found
-                .get_or_init(|| seen.found(&seen.values, detection, self.sticks));
-            Some((theirs.as_ref()?, seen.found(&played.values, detection, self.sticks)?))
+                .get_or_init(|| seen.found(&seen.values, detection, self.physics.sticks()));
+            Some((
+                theirs.as_ref()?,
+                seen.found(&played.values, detection, self.physics.sticks())?,
+            ))
         });
         if let Some((theirs, ours)) = found {
             let like = parameters::agreement(&covered(&ours), &covered(theirs), self.period);
@@ -283,8 +281,8 @@ impl Evidence<'_> {
                     events: within
                         || of_events >= OF_EVENTS
                         || self.detected.is_some() && explained >= 1.0 - ALL && after.cost <= 0.5 * before.cost,
-                    refuted: observation.contradicts(&played.values, self.least, until)
-                        || part(constants, whole) >= EXPLAINED && constants <= AS_MUCH * left + FLOOR,
+                    contradicted: observation.contradicts(&played.values, self.least, until),
+                    constant: part(constants, whole) >= EXPLAINED && constants <= AS_MUCH * left + FLOOR,
                 }
             }
             None => Judged {
@@ -293,7 +291,8 @@ impl Evidence<'_> {
                 before,
                 after,
                 events: true,
-                refuted: self.contradicted(&word, &played.events),
+                contradicted: self.contradicted(&word, &played.events),
+                constant: false,
             },
         })
     }

@@ -1,8 +1,8 @@
 //! Stretches of a candidate's samples in one mode, in which the equations are smooth.
 
-use super::super::Channel;
-use super::super::candidate::Block;
-use super::super::reference::Physics;
+use crate::Channel;
+use crate::candidate::Block;
+use crate::reference::Physics;
 use nalgebra::{DMatrix, DVector};
 use stickslip_system::model::Mode;
 
@@ -16,7 +16,7 @@ const PER_PERIOD: f64 = 20.0;
 const KEPT: [usize; 2] = [3072, 1024];
 
 #[derive(Debug, Clone)]
-pub(super) struct Stretch {
+pub(crate) struct Stretch {
     pub time: [f64; POINTS],
     pub mode: Mode,
     pub velocity: [f64; POINTS],
@@ -47,7 +47,7 @@ struct KeptStretch {
 }
 
 #[derive(Debug)]
-pub(in super::super) struct StretchPass {
+pub(crate) struct StretchPass {
     columns: Columns,
     /// |omega_r| up to which the contact sticks, rad/s; `None` without stick.
     tolerance: Option<f64>,
@@ -176,7 +176,7 @@ impl StretchPass {
         }
     }
 
-    pub(super) fn finish(self) -> Vec<Stretch> {
+    pub(crate) fn finish(self) -> Vec<Stretch> {
         self.kept.into_iter().flat_map(|kept| kept.stretches).collect()
     }
 }

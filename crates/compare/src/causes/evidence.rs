@@ -1,0 +1,254 @@
+//! What is known of a candidate, and runs of the reference's case that are compared with it.
+
+use super::motion::{MotionRequest, Played, Traced};
+use super::observation::{Observation, ObservedValues};
+use super::parameters::Agreement;
+use crate::detect::Detection;
+use crate::limit::Limit;
+use crate::reference::Physics;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
+use stickslip_case::WrittenCase;
+use stickslip_system::model::KickTime;
+use stickslip_system::model::system::System;
+use stickslip_system::record::sequence::SequenceEvent;
+
+/// Most steps of a run: a multiple of the reference's, and a constant.
+const MOST_STEPS: (u64, u64) = (20, 5000);
+/// Most events of a run: a multiple of the longer sequence's, and a constant.
+const MOST_EVENTS: (usize, usize) = (3, 50);
+
+/// Smaller relative changes of a parameter cannot be told from the error of a method: with 100 steps in a natural
+/// period, order 2 changes the frequency by 5e-4.
+const LEAST: f64 = 5e-4;
+
+/// Where a run begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum TrialStart {
+    /// In the state of the case at t = 0.
+    Case,
+    /// At a time (s), in a state.
+    At(f64, Vec<f64>),
+}
+
+/// What is known of a candidate.
+#[derive(Debug)]
+pub(crate) struct Evidence<'a> {
+    pub physics: &'a Physics,
+    /// The reference's case.
+    pub case: &'a WrittenCase,
+    /// Some of the candidate's samples, with the reference at the same times; `None` for an event table.
+    pub observation: Option<&'a Observation>,
+    /// Events of the candidate and of the reference.
+    pub word: &'a [SequenceEvent],
+    pub reference: &'a [SequenceEvent],
+    /// Compared part, s.
+    pub covered: (f64, f64),
+    /// Natural period, s.
+    pub period: f64,
+    /// Uncertainty of the candidate's event times, s.
+    pub bound: f64,
+    /// How the events were found in the samples, which then say more; `None` if they were stated.
+    pub detected: Option<Detection>,
+    pub shows_contact: bool,
+    /// Difference of a sample that needs no explanation, in parts of the sizes.
+    pub least: f64,
+    /// The candidate ends before the first event, which starts amplified rounding.
+    pub is_smooth: bool,
+    /// Start of the reference and end of the runs, s.
+    pub begins: f64,
+    pub end: f64,
+    /// Where the runs begin, the likeliest first.
+    pub starts: Vec<TrialStart>,
+    /// Runs of the unchanged case from each start.
+    pub unchanged: Arc<[Option<Traced>]>,
+    /// Time (s) and state of the candidate's first sample, if it shows the state.
+    pub first: Option<(f64, Vec<f64>)>,
+    /// Like `first`, or else the reference's state there. Solvers with steps begin here.
+    pub origin: Option<(f64, Vec<f64>)>,
+    /// Most steps of a run: a run with many times the reference's steps is not the candidate.
+    pub most_steps: Option<usize>,
+    /// Time of the reference's kick before its first event, s.
+    pub kicked: Option<f64>,
+    pub limit: Limit,
+    /// Runs so far.
+    pub runs: AtomicUsize,
+    /// Agreement of the reference's events with the candidate's, computed on demand.
+    pub before: OnceLock<Agreement>,
+    /// Events found in the kept samples of the candidate, computed on demand.
+    pub found: OnceLock<Option<Vec<SequenceEvent>>>,
+}
+
+impl<'a> Evidence<'a> {
+    /// Runs the unchanged case from all starts. Sets the bound on steps, and the origin of solvers with steps.
+    pub fn prepared(mut self) -> Self {
+        self.unchanged = (0..self.starts.len()).map(|start| self.trace(start)).collect();
+        let traced = || self.unchanged.iter().flatten();
+        let steps = traced().map(|run| run.played.steps).max();
+        self.most_steps = steps.and_then(|steps| usize::try_from(MOST_STEPS.0 * steps + MOST_STEPS.1).ok());
+        let from = self.observation.and_then(|seen| seen.time.first().copied());
+        let of_reference = || {
+            let run = traced().next()?;
+            let time = from.unwrap_or(run.nodes.first()?.0).max(run.nodes.first()?.0);
+            Some((time, run.state_at(self.physics, time)?.1))
+        };
+        // A state at the reference's start that is not the reference's is a mistake of its own.
+        let later = self.first.clone().filter(|(time, _)| *time > self.begins);
+        self.origin = later.or_else(of_reference);
+        self
+    }
+
+    /// The same evidence with another observation.
+    pub fn observed_as<'b>(&'b self, observation: &'b Observation) -> Evidence<'b> {
+        Evidence {
+            observation: Some(observation),
+            starts: self.starts.clone(),
+            unchanged: self.unchanged.clone(),
+            first: self.first.clone(),
+            origin: self.origin.clone(),
+            runs: AtomicUsize::new(self.runs.load(Ordering::Relaxed)),
+            before: OnceLock::new(),
+            found: OnceLock::new(),
+            ..*self
+        }
+    }
+
+    /// Whether a limit of the search is reached: of wall time, or of runs.
+    pub fn is_over(&self) -> bool {
+        self.limit.is_over_after(self.runs.load(Ordering::Relaxed))
+    }
+
+    /// Counts a run; `None` if no more is allowed.
+    pub fn count_run(&self) -> Option<()> {
+        let before = self.runs.fetch_add(1, Ordering::Relaxed);
+        (!self.limit.is_over_after(before)).then_some(())
+    }
+
+    /// Whether a start is the candidate's state at the reference's start: another state there is a mistake of its own.
+    pub fn is_other_state(&self, start: usize) -> bool {
+        let first = self.first.as_ref().filter(|(time, _)| *time <= self.begins);
+        matches!((self.starts.get(start), first), (Some(TrialStart::At(at, _)), Some((time, _))) if at == time)
+    }
+
+    /// Number of the candidate's events, 0 if only its motion up to an onset is known.
+    pub fn compared_events(&self) -> usize {
+        if self.is_smooth { 0 } else { self.word.len() }
+    }
+
+    /// A parameter of the case in SI; 0 if it has none of this path.
+    pub fn own(&self, path: &str) -> f64 {
+        self.case.number(path).map_or(0.0, |number| number.value)
+    }
+
+    /// Whether a change of parameters exceeds the error of a method.
+    pub fn is_visible(&self, numbers: &[(String, f64)]) -> bool {
+        numbers.iter().all(|(path, value)| {
+            let own = self.own(path);
+            own == 0.0 || (value / own - 1.0).abs() >= LEAST
+        })
+    }
+
+    fn request<'b>(&self, system: &'b System, threshold: f64, start: &'b TrialStart) -> MotionRequest<'b> {
+        MotionRequest {
+            system,
+            threshold,
+            start,
+            end: self.covered.1.min(self.end),
+            most_events: MOST_EVENTS.0 * self.word.len().max(self.reference.len()) + MOST_EVENTS.1,
+            most_steps: self.most_steps,
+            shows_contact: self.shows_contact,
+            limit: self.limit,
+        }
+    }
+
+    /// Fixes the time of kicks that wait for a loss of stability, because a run from a later state does not know
+    /// whether it was kicked.
+    pub fn kicked(&self, system: &System) -> System {
+        let mut system = system.clone();
+        for kick in &mut system.kicks {
+            if let (KickTime::Instability, Some(time)) = (kick.time, self.kicked) {
+                kick.time = KickTime::At(time);
+            }
+        }
+        system
+    }
+
+    fn trace(&self, start: usize) -> Option<Traced> {
+        let case = self.case.case();
+        self.count_run()?;
+        let start = self.starts.get(start)?;
+        let system = match start {
+            TrialStart::Case => case.system.clone(),
+            TrialStart::At(..) => self.kicked(&case.system),
+        };
+        self.request(&system, case.threshold, start).traced()
+    }
+
+    /// States of the unchanged case from a time (s) and a state on.
+    pub fn traced_from(&self, time: f64, state: Vec<f64>) -> Option<Traced> {
+        let case = self.case.case();
+        self.count_run()?;
+        self.request(&case.system, case.threshold, &TrialStart::At(time, state))
+            .traced()
+    }
+
+    /// The motion of a system from a start, sampled like the candidate.
+    pub fn motion(&self, system: &System, threshold: f64, start: &TrialStart) -> Option<Played> {
+        self.motion_within(self.most_steps, system, threshold, start)
+    }
+
+    /// Like [`Self::motion`], with another bound on steps.
+    pub fn motion_within(
+        &self,
+        most_steps: Option<usize>,
+        system: &System,
+        threshold: f64,
+        start: &TrialStart,
+    ) -> Option<Played> {
+        self.count_run()?;
+        let system = &match start {
+            TrialStart::Case => system.clone(),
+            TrialStart::At(..) => self.kicked(system),
+        };
+        let request = MotionRequest {
+            most_steps,
+            ..self.request(system, threshold, start)
+        };
+        match self.observation {
+            Some(observation) => request.sampled(self.physics, observation),
+            None => request.events(),
+        }
+    }
+
+    /// The motion of the case, changed by `change`, from a start.
+    pub fn with(&self, start: usize, change: impl FnOnce(&mut System)) -> Option<Played> {
+        let case = self.case.case();
+        let mut system = case.system.clone();
+        change(&mut system);
+        self.motion(&system, case.threshold, self.starts.get(start)?)
+    }
+
+    /// The motion of the case with other parameters (paths, and values in SI) from a start.
+    pub fn with_numbers(&self, start: usize, changes: &[(String, f64)]) -> Option<Played> {
+        let changes: Vec<(&str, f64)> = changes.iter().map(|(path, value)| (path.as_str(), *value)).collect();
+        let case = self.case.with_all(&changes).ok()?;
+        self.motion(&case.system, case.threshold, self.starts.get(start)?)
+    }
+
+    /// The motion of the unchanged case from a start, sampled like the candidate.
+    pub fn unchanged(&self, start: usize) -> Option<Played> {
+        let traced = self.unchanged.get(start)?.as_ref()?;
+        Some(match self.observation {
+            Some(observation) => traced.sampled(&mut self.physics.course(), self.physics, observation),
+            None => traced.played.clone(),
+        })
+    }
+
+    /// The observed channels of the unchanged case from a start, at other increasing times (s); NaN where the motion is
+    /// unknown.
+    pub fn unchanged_at(&self, start: usize, times: &[f64]) -> Option<ObservedValues> {
+        let traced = self.unchanged.get(start)?.as_ref()?;
+        let channels = &self.observation?.channels;
+        Some(traced.values_at(&mut self.physics.course(), self.physics, channels, times))
+    }
+}

@@ -1,0 +1,289 @@
+//! Why a candidate differs: mistakes that would make the reference's run the candidate.
+//!
+//! A `Cause` is one mistake with its values, in a file of its own. It proposes itself from the `Evidence`, runs the
+//! reference with the mistake, and is a cause if the motion leaves so little of the candidate's difference that its
+//! least share (`Cause::least`) is explained. Symptoms, equations read off the samples, and fits only propose; the runs
+//! decide. `ORDER` is the order in which causes are tried.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `search` | tries the causes in their order, and chooses among those that explain as much |
+//! | `evidence`, `observation`, `judge` | what is known of the candidate, runs of the case, the share that a motion explains |
+//! | `rows` | rows of a right motion, processed as another program may have processed its own |
+//! | `motion` | a run of a case, sampled like the candidate |
+//! | `fit` | the fit of values by runs |
+//! | `equations` | parameters read off the samples: start values, and evidence that needs no run |
+//! | `report`, `parameters`, `apart` | the causes in words and data |
+
+mod apart;
+mod average;
+pub mod clock;
+mod clock_rate;
+pub(crate) mod creep;
+pub mod equations;
+mod evidence;
+mod fit;
+mod half_step;
+mod judge;
+mod kick;
+mod kick_time;
+mod late;
+mod low_pass;
+mod missed;
+mod motion;
+mod number;
+mod observation;
+mod offset;
+mod parameters;
+mod repeated;
+mod report;
+mod rows;
+mod search;
+mod smooth;
+mod state;
+mod stepper;
+mod steps;
+mod stick_test;
+mod swapped;
+mod unknown;
+
+pub use kick::OtherKick;
+pub use parameters::{Agreement, EventAgreement, FoundBy, OtherNumber, OtherParameters};
+
+pub(crate) use evidence::Evidence;
+pub(crate) use judge::{EXPLAINED, Judged};
+pub(crate) use kick::JumpPass;
+pub(crate) use motion::Played;
+pub(crate) use observation::{Observation, ObservationPass};
+pub(crate) use report::{Causes, Passes, Shown};
+pub(crate) use search::{Search, Tried};
+pub(crate) use stepper::Stepper;
+
+use crate::diagnosis::CauseKind;
+use average::MovingAverage;
+use clock::Clocked;
+use clock_rate::ClockRate;
+use half_step::HalfStep;
+use kick::{KickOn, NoKick};
+use kick_time::KickMoved;
+use late::OneLate;
+use low_pass::LowPass;
+use missed::MissedBreakaway;
+use number::Number;
+use offset::ChannelOffset;
+use repeated::RepeatedRows;
+use smooth::Smooth;
+use state::OtherState;
+use std::fmt::Debug;
+use std::sync::Arc;
+use steps::Steps;
+use stick_test::StickTest;
+use swapped::SwappedColumns;
+
+/// A mistake with its values, which would make the reference's run the candidate.
+pub(crate) trait Cause: Debug + Send + Sync {
+    /// Mistakes of this kind that the evidence suggests.
+    fn propose(search: &Search<'_>) -> Vec<Proposal>
+    where
+        Self: Sized;
+
+    /// The motion with the mistake from one of [`Evidence::starts`], sampled like the candidate; `None` if it cannot be
+    /// run from there, or the limits of runs or of wall time are reached.
+    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played>;
+
+    /// The smallest explained share, 0 to 1, with which it is a cause. Values that are fitted to samples need more than
+    /// a change without values, because some value brings any two motions closer.
+    fn least(&self, evidence: &Evidence<'_>) -> f64;
+
+    /// Kind of the diagnosis, and the mistake in words: "its kick acts on the rotor's surface alone".
+    fn words(&self, search: &Search<'_>) -> (CauseKind, String);
+
+    /// Number of values that differ, or the complexity of the mistake on that scale. Of mistakes that explain as much,
+    /// the one with the least is named.
+    fn complexity(&self, evidence: &Evidence<'_>) -> usize;
+
+    /// How well the motion explains the candidate.
+    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
+        match self.is_of_rows() {
+            true => rows::judged(evidence, played),
+            false => evidence.judged(played, f64::INFINITY),
+        }
+    }
+
+    /// Rank among mistakes that explain as much and are as complex; the lowest is the likeliest.
+    fn unlikely(&self) -> usize {
+        0
+    }
+
+    /// The candidate shows the mistake directly, by its equations or its creep.
+    fn is_told(&self) -> bool {
+        false
+    }
+
+    /// The mistake is in the file, such as another clock, and not in the motion. A mistake of the motion that explains
+    /// as much is named beside it.
+    fn is_of_file(&self) -> bool {
+        self.is_of_rows()
+    }
+
+    /// The mistake is in how the rows of a right motion were processed. The motion then begins as the case does, and is
+    /// judged by its samples: the events that are found in them are those of the processing.
+    fn is_of_rows(&self) -> bool {
+        false
+    }
+
+    /// The search ends if this is a cause.
+    fn is_certain(&self, _evidence: &Evidence<'_>) -> bool {
+        false
+    }
+
+    /// Whether a run with the mistake may begin at one of [`Evidence::starts`]: by default where the mistakes of the
+    /// case and of the solver can be seen.
+    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
+        match self.is_of_rows() {
+            true => rows::is_start_of_case(evidence, start),
+            false => !evidence.is_other_state(start),
+        }
+    }
+
+    /// It is another initial state. Runs from the candidate's own state then include it.
+    fn is_state(&self) -> bool {
+        false
+    }
+
+    /// A solver with steps may look like this.
+    fn is_like_steps(&self) -> bool {
+        self.stepper().is_some()
+    }
+
+    /// Whether the events of the motion are to be counted in the report.
+    fn has_events(&self, _judged: &Judged) -> bool {
+        !self.is_of_rows()
+    }
+
+    /// End of the judged part, s, if rounding decides what the solver does from there on.
+    fn up_to(&self) -> Option<f64> {
+        None
+    }
+
+    /// Parameters of the case that differ, with their values in SI.
+    fn numbers(&self) -> &[(String, f64)] {
+        &[]
+    }
+
+    /// The parameters of [`Self::numbers`] with their errors and names, if the motion explains this share.
+    fn named(&self, _evidence: &Evidence<'_>, _explained: f64) -> Vec<OtherNumber> {
+        Vec::new()
+    }
+
+    /// Evidence for the parameters.
+    fn found_by(&self, _evidence: &Evidence<'_>) -> FoundBy {
+        FoundBy::Samples
+    }
+
+    /// The solver with steps, if the mistake is one. It begins at [`Evidence::origin`].
+    fn stepper(&self) -> Option<&Stepper> {
+        None
+    }
+
+    /// The diagnosis of the best of `all` that explain as much, and the data that the report has besides: parameters, a
+    /// kick, a clock.
+    fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
+        let (kind, words) = self.words(search);
+        let beside = match self.is_of_file() {
+            true => rows::beside(search, kind.name(), all, causes),
+            false => String::new(),
+        };
+        (kind, format!("{words}: {}{beside}", search.outcome(&all[0])))
+    }
+}
+
+/// A mistake that is to be tried.
+pub(crate) type Proposal = Arc<dyn Cause>;
+
+/// Mistakes that are tried at once, and whether they are still needed.
+pub(crate) struct Round {
+    pub needed: fn(&Search<'_>) -> bool,
+    pub propose: &'static [fn(&Search<'_>) -> Vec<Proposal>],
+}
+
+/// The order in which causes are tried: what the file or the samples show directly first, then one mistake with few
+/// values, then solvers with steps and smooth laws, and two mistakes at once last.
+pub(crate) const ORDER: &[Round] = &[
+    Round {
+        needed: |_| true,
+        propose: &[Clocked::propose],
+    },
+    Round {
+        needed: |_| true,
+        propose: &[
+            SwappedColumns::propose,
+            ChannelOffset::propose,
+            RepeatedRows::propose,
+            ClockRate::propose,
+            HalfStep::propose,
+            MovingAverage::propose,
+            LowPass::propose,
+        ],
+    },
+    Round {
+        needed: |_| true,
+        propose: &[NoKick::up_to_onset],
+    },
+    Round {
+        needed: |_| true,
+        propose: &[
+            Smooth::shown,
+            Number::of_equations,
+            Number::of_breakaways,
+            OtherState::propose,
+            NoKick::propose,
+            KickOn::propose,
+            KickMoved::propose,
+            StickTest::propose,
+            OneLate::propose,
+            MissedBreakaway::propose,
+            Steps::of_tolerances,
+        ],
+    },
+    Round {
+        needed: |search| search.lacks_number(),
+        propose: &[Number::mistaken],
+    },
+    Round {
+        needed: |search| search.lacks_number(),
+        propose: &[Number::propose],
+    },
+    Round {
+        needed: |search| search.with_steps && !search.has_exact(),
+        propose: &[Steps::propose],
+    },
+    Round {
+        needed: |search| search.with_steps && search.lacks_cause(),
+        propose: &[Steps::of_low_order],
+    },
+    Round {
+        needed: |search| search.lacks_cause(),
+        propose: &[Smooth::propose],
+    },
+    Round {
+        needed: |search| search.with_steps && search.lacks_cause(),
+        propose: &[Steps::of_usual_tolerances],
+    },
+    Round {
+        needed: |search| search.lacks_cause(),
+        propose: &[Number::pairs],
+    },
+    Round {
+        needed: |search| search.with_steps && !search.explains_all(),
+        propose: &[Steps::with_numbers],
+    },
+    Round {
+        needed: |_| true,
+        propose: &[Number::as_friction],
+    },
+    Round {
+        needed: |search| search.with_steps && !search.has_cause(),
+        propose: &[Steps::up_to_where_known],
+    },
+];

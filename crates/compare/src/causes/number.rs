@@ -1,0 +1,481 @@
+//! Other parameters of the case, one or two at once.
+
+use super::equations::Fitted;
+use super::evidence::Evidence;
+use super::fit::{Fit, FitPoint, left};
+use super::judge::{ALL, EXACT, EXPLAINED, OF_FITTED};
+use super::motion::Played;
+use super::parameters::{self, EventAgreement, FoundBy, OtherNumber, OtherParameters, of_normal_force};
+use super::search::{Search, Tried};
+use super::unknown::{Numbers, Unknown};
+use super::{Cause, Causes, Proposal};
+use crate::diagnosis::{CauseKind, limit_of};
+use std::sync::Arc;
+use stickslip_engine::workers::over_processors;
+use stickslip_system::friction::Law;
+use stickslip_system::record::sequence::SequenceEvent;
+
+/// Number of parameters, and of pairs, that are fitted completely after the first window.
+const CLOSEST: usize = 12;
+const CLOSEST_PAIRS: usize = 6;
+/// Smallest explained share before an onset from noise: a motion is smooth there, and many parameters change it alike.
+const OF_SMOOTH: f64 = 1.0 - 1e-6;
+/// Secants for each landmark, and the largest factor of a step.
+const SECANTS: usize = 5;
+const FACTOR: f64 = 2.5;
+const STEP: f64 = 1e-6;
+
+const RADIUS: &str = "contact.radius";
+pub(crate) const BREAKAWAY: &str = "friction.breakaway";
+
+/// Parameters by which friction is proportional if they change by one factor.
+const COEFFICIENTS: [&str; 11] = [
+    "breakaway",
+    "breakaway_backward",
+    "kinetic",
+    "kinetic_backward",
+    "low_speed",
+    "high_speed",
+    "viscous",
+    "linear",
+    "quadratic",
+    "cubic",
+    "coefficient",
+];
+
+/// Whether friction is proportional to a parameter and to the others of this kind.
+pub(super) fn is_coefficient(path: &str) -> bool {
+    let name = path.strip_prefix("friction.").and_then(|name| name.split('.').next());
+    name.is_some_and(|name| COEFFICIENTS.contains(&name))
+}
+
+/// Parameters that differ.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Number {
+    /// Paths, and values in SI.
+    numbers: Numbers,
+    /// Errors of the values, if the equations gave them.
+    errors: Vec<f64>,
+    told: bool,
+    /// From the value on, away from the reference's, the motion does not depend on the parameter.
+    beyond: bool,
+}
+
+fn proposals(all: impl IntoIterator<Item = Numbers>) -> Vec<Proposal> {
+    let each = all.into_iter().map(|numbers| -> Proposal {
+        Arc::new(Number {
+            numbers,
+            ..Number::default()
+        })
+    });
+    each.collect()
+}
+
+impl Number {
+    /// Parameters that the equations show between the candidate's samples.
+    pub fn of_equations(search: &Search<'_>) -> Vec<Proposal> {
+        let Some(Fitted { numbers, or }) = search.fitted else {
+            return Vec::new();
+        };
+        let all = std::iter::once(numbers.clone()).chain(or.iter().map(|one| vec![one.clone()]));
+        let each = all.map(|numbers| -> Proposal {
+            Arc::new(Number {
+                errors: numbers.iter().map(|(_, _, error)| *error).collect(),
+                numbers: numbers.into_iter().map(|(path, value, _)| (path, value)).collect(),
+                told: true,
+                beyond: false,
+            })
+        });
+        each.collect()
+    }
+
+    /// mu_0 by the torque at which the candidate's sticks end.
+    pub fn of_breakaways(search: &Search<'_>) -> Vec<Proposal> {
+        proposals(search.breakaway.map(|value| vec![(BREAKAWAY.to_owned(), value)]))
+    }
+
+    /// Usual mistakes of a parameter; and values that bring a landmark of an event table to the candidate's.
+    pub fn mistaken(search: &Search<'_>) -> Vec<Proposal> {
+        let evidence = search.evidence;
+        let unknown = evidence.unknown();
+        let mistaken = unknown.iter().flat_map(|unknown| {
+            let values = unknown.mistaken.iter();
+            values.map(|value| unknown.changes(*value))
+        });
+        let mut all: Vec<Numbers> = mistaken.collect();
+        if evidence.observation.is_none() {
+            let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
+            let starts: Vec<usize> = starts.collect();
+            let found = over_processors(unknown.len(), &|| false, |k| {
+                let starts = starts.iter();
+                let values = starts.filter_map(|start| by_landmarks(evidence, &unknown[k], *start));
+                values.map(|value| unknown[k].changes(value)).collect::<Vec<_>>()
+            });
+            all.extend(found.into_iter().flatten());
+        }
+        proposals(all)
+    }
+
+    /// Pairs of parameters with which the motion comes closest to the candidate.
+    pub fn pairs(search: &Search<'_>) -> Vec<Proposal> {
+        fitted(search, true)
+    }
+
+    /// All coefficients of friction times the factor of a radius or a normal force, which is the same friction.
+    pub fn as_friction(search: &Search<'_>) -> Vec<Proposal> {
+        let case = search.evidence.case;
+        let of = |tried: &Tried| -> Option<Proposal> {
+            let [(path, value)] = tried.cause.numbers() else {
+                return None;
+            };
+            if path != RADIUS && !of_normal_force(path) {
+                return None;
+            }
+            let factor = value / case.number(path)?.value;
+            let all = case.numbers().iter().filter(|number| is_coefficient(&number.path));
+            Some(Arc::new(Number {
+                numbers: all.map(|number| (number.path.clone(), factor * number.value)).collect(),
+                told: tried.cause.is_told(),
+                ..Number::default()
+            }))
+        };
+        search.causes().filter_map(of).collect()
+    }
+
+    /// Number of factors by which parameters change, or of values for those that are 0.
+    fn factors(&self, evidence: &Evidence<'_>) -> usize {
+        let factor = |(path, value): &(String, f64)| match evidence.own(path) {
+            0.0 => *value,
+            own => value / own,
+        };
+        let mut factors: Vec<f64> = self.numbers.iter().map(factor).collect();
+        factors.sort_by(f64::total_cmp);
+        factors.dedup_by(|a, b| (*a - *b).abs() <= 1e-12 * a.abs());
+        factors.len()
+    }
+}
+
+impl Cause for Number {
+    /// Parameters with which the motion comes closest to the candidate, each alone.
+    fn propose(search: &Search<'_>) -> Vec<Proposal> {
+        fitted(search, false)
+    }
+
+    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
+        evidence.with_numbers(start, &self.numbers)
+    }
+
+    fn least(&self, evidence: &Evidence<'_>) -> f64 {
+        let several = self.factors(evidence) > 1;
+        match () {
+            () if evidence.observation.is_none() => EXACT,
+            () if self.told && several => OF_FITTED,
+            () if self.told => EXPLAINED,
+            () if evidence.is_smooth => OF_SMOOTH,
+            // Some of all pairs fit many motions by chance.
+            () if several => EXACT,
+            () => 1.0 - ALL,
+        }
+    }
+
+    fn complexity(&self, evidence: &Evidence<'_>) -> usize {
+        self.factors(evidence)
+    }
+
+    /// Coefficients of friction are mistaken most, then come the others, the normal force, and the radius.
+    fn unlikely(&self) -> usize {
+        let of = |(path, _): &(String, f64)| match path.as_str() {
+            path if path.starts_with("friction.") => 0,
+            RADIUS => 3,
+            path => 1 + usize::from(of_normal_force(path)),
+        };
+        self.numbers.iter().map(of).max().unwrap_or(0)
+    }
+
+    fn is_told(&self) -> bool {
+        self.told
+    }
+
+    fn numbers(&self) -> &[(String, f64)] {
+        &self.numbers
+    }
+
+    fn named(&self, evidence: &Evidence<'_>, explained: f64) -> Vec<OtherNumber> {
+        let each = self.numbers.iter().enumerate().map(|(k, (path, value))| {
+            let error = match self.errors.get(k) {
+                _ if self.beyond => f64::NAN,
+                Some(error) => *error,
+                // From the part of the difference that remains.
+                None => 3.0 * (value - evidence.own(path)).abs() * (1.0 - explained).max(0.0).sqrt(),
+            };
+            OtherNumber::of(evidence.case, path, *value, error)
+        });
+        each.collect()
+    }
+
+    fn found_by(&self, evidence: &Evidence<'_>) -> FoundBy {
+        let of_samples = evidence.observation.is_some();
+        match () {
+            () if self.beyond && of_samples => FoundBy::Samples,
+            () if !self.errors.is_empty() => FoundBy::Equations,
+            () if of_samples && self.numbers.iter().all(|(path, _)| path == BREAKAWAY) => FoundBy::Breakaways,
+            () if of_samples => FoundBy::Samples,
+            () => FoundBy::Events,
+        }
+    }
+
+    fn words(&self, _: &Search<'_>) -> (CauseKind, String) {
+        (CauseKind::AnotherParameter, String::new())
+    }
+
+    fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
+        report(search, all, causes)
+    }
+}
+
+/// The diagnosis of the parameters of the best of `all`, which explain as much.
+pub(crate) fn report(search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
+    let evidence = search.evidence;
+    let (best, judged) = (&all[0].cause, &all[0].judged);
+    let numbers = best.named(evidence, judged.explained);
+    let mut or: Vec<OtherNumber> = Vec::new();
+    // All coefficients of friction at once are none where one of them does.
+    let is_alone = |tried: &&Tried| match tried.cause.numbers() {
+        [] => false,
+        [_] => tried.cause.stepper().is_none(),
+        several => several.iter().all(|(path, _)| !path.starts_with("friction.")),
+    };
+    let is_one = |tried: &&Tried| tried.cause.complexity(evidence) == 1;
+    let is_single = best.stepper().is_none() && is_one(&&all[0]);
+    // Parameters that change together, such as those that follow the speed of a drive, are one alternative.
+    for other in all[1..].iter().filter(|_| is_single).filter(is_one).filter(is_alone) {
+        let first = other.cause.named(evidence, judged.explained).into_iter().next();
+        let is_new = |number: &OtherNumber| numbers.iter().chain(&or).all(|known| known.path != number.path);
+        or.extend(first.filter(is_new));
+    }
+    let events = evidence.compared_events();
+    let parameters = OtherParameters {
+        found_by: best.found_by(evidence),
+        numbers,
+        explained: judged.explained,
+        or,
+        rerun: (events > 0 && judged.has_events()).then(|| EventAgreement::of(events, judged)),
+    };
+    let words = words(&parameters, evidence, &search.outcome(&all[0]));
+    causes.parameters = Some(parameters);
+    words
+}
+
+fn words(other: &OtherParameters, evidence: &Evidence<'_>, outcome: &str) -> (CauseKind, String) {
+    let words: Vec<String> = other.numbers.iter().map(OtherNumber::words).collect();
+    let mut text = words.join(" and ");
+    let mut kind = CauseKind::AnotherParameter;
+    if let [only] = &other.numbers[..]
+        && only.path == BREAKAWAY
+        && !only.error.is_nan()
+    {
+        kind = CauseKind::StickTest;
+        let (own, physics) = (evidence.own(BREAKAWAY), evidence.physics);
+        let mut at = format!("it breaks away at {:.3} {}", only.value / own, limit_of(physics));
+        let sliding = physics.system().law.coefficient(0.0);
+        if (only.value / sliding - 1.0).abs() < 0.01 {
+            at += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {own}");
+        }
+        text = format!("{at}; {text}");
+    }
+    text += match other.found_by {
+        FoundBy::Equations => ", by the equations between its samples",
+        FoundBy::Breakaways => ", by the torque at which its sticks end",
+        FoundBy::Events => ", by its events",
+        FoundBy::Samples => ", by its samples",
+    };
+    text += &format!(": {outcome}");
+    for number in &other.or {
+        text += &format!("; {} explains as much", number.words());
+    }
+    (kind, text)
+}
+
+/// Parameters, one or two at once, with which the motion comes closest to the candidate. Values that were tried and
+/// explain something are starts of the fits.
+fn fitted(search: &Search<'_>, pairs: bool) -> Vec<Proposal> {
+    let better = search.tried.iter().filter(|tried| tried.judged.explained > 0.0);
+    let guesses = better.filter_map(|tried| match tried.cause.numbers() {
+        [number] if tried.cause.stepper().is_none() => Some(number.clone()),
+        _ => None,
+    });
+    let guesses: Vec<(String, f64)> = guesses.collect();
+    let mut unknown = search.evidence.unknown();
+    // All coefficients with one of them are the same pair as another.
+    unknown.retain(|unknown| !pairs || unknown.scaled.is_empty());
+    let starts = (0..search.evidence.starts.len()).filter(|start| search.may_begin_at(*start));
+    let found = starts.flat_map(|start| fitted_from(search.evidence, start, &unknown, pairs, &guesses));
+    proposals(found.collect::<Vec<_>>())
+}
+
+/// Values of one parameter (or of two) with which a motion from a start comes closest to the candidate. `guesses` are
+/// initial values of single parameters.
+fn fitted_from(
+    evidence: &Evidence<'_>,
+    start: usize,
+    unknown: &[Unknown],
+    pairs: bool,
+    guesses: &[(String, f64)],
+) -> Vec<Numbers> {
+    let changes = |which: &[usize], values: &[f64]| -> Numbers {
+        let each = which.iter().zip(values);
+        each.flat_map(|(&k, value)| unknown[k].changes(*value)).collect()
+    };
+    let Some(base) = evidence.unchanged(start) else {
+        return Vec::new();
+    };
+    let window = evidence.window(&base);
+    let now = evidence.residual(&base, window);
+    if now.is_empty() || now.iter().any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    let slopes = over_processors(unknown.len(), &|| false, |k| {
+        let fit = Fit {
+            evidence,
+            play: &|values: &[f64]| evidence.with_numbers(start, &unknown[k].changes(values[0])),
+            units: &[unknown[k].unit],
+        };
+        let point = FitPoint {
+            values: vec![unknown[k].value],
+            played: base.clone(),
+            window,
+        };
+        fit.slope(&point, 0)
+    });
+    let known: Vec<(usize, &[f64])> = slopes
+        .iter()
+        .enumerate()
+        .filter_map(|(k, slope)| Some((k, slope.as_deref()?)))
+        .collect();
+    let groups: Vec<Vec<(usize, &[f64])>> = match pairs {
+        false => known.iter().map(|&one| vec![one]).collect(),
+        true => {
+            let each = known.iter().enumerate();
+            each.flat_map(|(n, &a)| known[n + 1..].iter().map(move |&b| vec![a, b]))
+                .collect()
+        }
+    };
+    let ranked = groups.into_iter().map(|group| {
+        let slopes: Vec<&[f64]> = group.iter().map(|(_, slope)| *slope).collect();
+        (left(&slopes, &now), group.iter().map(|(k, _)| *k).collect::<Vec<_>>())
+    });
+    let mut ranked: Vec<(f64, Vec<usize>)> = ranked.filter(|(left, _)| left.is_finite()).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.truncate(if pairs { CLOSEST_PAIRS } else { CLOSEST });
+    let own = |group: Vec<usize>| {
+        let values = group.iter().map(|&k| unknown[k].value).collect();
+        (group, values)
+    };
+    let mut begin: Vec<(Vec<usize>, Vec<f64>)> = ranked.into_iter().map(|(_, group)| own(group)).collect();
+    for (path, value) in guesses.iter().take(CLOSEST).filter(|_| !pairs) {
+        let known = unknown
+            .iter()
+            .position(|unknown| unknown.path == *path && unknown.is_alone());
+        begin.extend(known.map(|k| (vec![k], vec![*value])));
+    }
+    let found = over_processors(begin.len(), &|| false, |index| {
+        let (which, values) = &begin[index];
+        let units: Vec<f64> = which.iter().map(|&k| unknown[k].unit).collect();
+        let fit = Fit {
+            evidence,
+            play: &|values: &[f64]| evidence.with_numbers(start, &changes(which, values)),
+            units: &units,
+        };
+        fit.refined(values.clone()).map(|point| changes(which, &point.values))
+    });
+    found.into_iter().flatten().collect()
+}
+
+/// The value of a parameter with which a landmark of the events comes closest to the candidate's, by secants.
+fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize) -> Option<f64> {
+    let run = |s: f64| {
+        Some(
+            evidence
+                .with_numbers(start, &unknown.changes(unknown.value * s.exp()))?
+                .events,
+        )
+    };
+    let agreement = |events: &[SequenceEvent]| parameters::agreement(events, evidence.word, evidence.period).cost;
+    let own = evidence
+        .unchanged
+        .get(start)?
+        .as_ref()
+        .filter(|_| unknown.value != 0.0)?;
+    let own = &own.played.events;
+    let (beside, by) = match run(STEP) {
+        Some(beside) => (beside, STEP),
+        None => (run(-STEP)?, -STEP),
+    };
+    let [target, now, moved] = [evidence.word, own, &beside].map(parameters::landmarks);
+    let mut best = (agreement(own), None);
+    for k in 0..target.len() {
+        let (Some(wanted), Some(now), Some(moved)) = (target[k], now[k], moved[k]) else {
+            continue;
+        };
+        let (mut s, mut miss) = (0.0, now - wanted);
+        let mut step = -miss * by / (moved - now);
+        for _ in 0..SECANTS {
+            if !step.is_finite() || step == 0.0 {
+                break;
+            }
+            let next = s + step.clamp(-FACTOR.ln(), FACTOR.ln());
+            let Some(events) = run(next) else { break };
+            let cost = agreement(&events);
+            if cost < best.0 {
+                best = (cost, Some(unknown.value * next.exp()));
+            }
+            let Some(there) = parameters::landmarks(&events)[k] else {
+                break;
+            };
+            let error = there - wanted;
+            if error.abs() < 1e-12 || error == miss {
+                break;
+            }
+            step = -error * (next - s) / (error - miss);
+            (s, miss) = (next, error);
+        }
+    }
+    best.1
+}
+
+/// The last value of a parameter, on the way to the reference's, from which on the motion is that of the mistake.
+pub(crate) fn beyond(evidence: &Evidence<'_>, tried: &Tried) -> Option<Proposal> {
+    const FARTHER: f64 = 1.01;
+    const HALVINGS: usize = 24;
+    let numbers = tried.cause.numbers();
+    if numbers.is_empty() || tried.cause.stepper().is_some() || tried.cause.complexity(evidence) != 1 {
+        return None;
+    }
+    let at = |part: f64| -> Numbers {
+        let moved = numbers.iter().map(|(path, value)| {
+            let own = evidence.own(path);
+            (path.clone(), own + part * (value - own))
+        });
+        moved.collect()
+    };
+    let base = evidence.with_numbers(tried.start, numbers)?;
+    // None where no run was made: nothing is known of that value.
+    let is_same = |part: f64| {
+        let other = evidence.with_numbers(tried.start, &at(part))?;
+        Some(evidence.is_same(&base, &other))
+    };
+    if !is_same(FARTHER)? && !is_same(1.0 / FARTHER)? {
+        return None;
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if is_same(middle)? { &mut high } else { &mut low }) = middle;
+    }
+    Some(Arc::new(Number {
+        numbers: at(high),
+        told: tried.cause.is_told(),
+        beyond: true,
+        ..Number::default()
+    }))
+}
