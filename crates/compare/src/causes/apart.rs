@@ -45,7 +45,7 @@ pub(crate) fn apart(evidence: &Evidence<'_>, one: &Tried, other: &Tried) -> Opti
         channels,
         ..Observation::default()
     };
-    let evidence = evidence.observed_as(&all);
+    let evidence = evidence.observed_as(Some(&all));
     let [one, other] = [one, other].map(|tried| tried.cause.run(&evidence, tried.start));
     let (one, other) = (one?.values, other?.values);
     let mut largest = (ROUNDING, one_motion);

@@ -4,7 +4,7 @@
 //! candidate's times into the reference's. An *error* is candidate minus reference, as every error of a comparison
 //! ([`OtherClock::offset`]); the offset to add is its negative, [`OtherClock::to_add`].
 
-use super::evidence::Evidence;
+use super::evidence::{Evidence, TrialStart};
 use super::fit::Fit;
 use super::judge::EXPLAINED;
 use super::motion::Played;
@@ -292,6 +292,11 @@ impl Cause for Clocked {
 
     fn run(&self, _: &Evidence<'_>, _: usize) -> Option<Played> {
         Some(self.played.clone())
+    }
+
+    /// The motion is the reference's, and does not begin in the candidate's own state.
+    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
+        evidence.starts.get(start) == Some(&TrialStart::Case)
     }
 
     /// A clock whose zero is an event of the reference may be that of a solver with errors of its own.

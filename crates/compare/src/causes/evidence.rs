@@ -72,7 +72,7 @@ pub(crate) struct Evidence<'a> {
     pub kicked: Option<f64>,
     pub limit: Limit,
     /// Runs so far.
-    pub runs: AtomicUsize,
+    pub runs: Arc<AtomicUsize>,
     /// Agreement of the reference's events with the candidate's, computed on demand.
     pub before: OnceLock<Agreement>,
     /// Events found in the kept samples of the candidate, computed on demand.
@@ -98,15 +98,15 @@ impl<'a> Evidence<'a> {
         self
     }
 
-    /// The same evidence with another observation.
-    pub fn observed_as<'b>(&'b self, observation: &'b Observation) -> Evidence<'b> {
+    /// The same evidence with another observation, or with events alone.
+    pub fn observed_as<'b>(&'b self, observation: Option<&'b Observation>) -> Evidence<'b> {
         Evidence {
-            observation: Some(observation),
+            observation,
             starts: self.starts.clone(),
             unchanged: self.unchanged.clone(),
             first: self.first.clone(),
             origin: self.origin.clone(),
-            runs: AtomicUsize::new(self.runs.load(Ordering::Relaxed)),
+            runs: self.runs.clone(),
             before: OnceLock::new(),
             found: OnceLock::new(),
             ..*self
@@ -239,7 +239,14 @@ impl<'a> Evidence<'a> {
     pub fn unchanged(&self, start: usize) -> Option<Played> {
         let traced = self.unchanged.get(start)?.as_ref()?;
         Some(match self.observation {
-            Some(observation) => traced.sampled(&mut self.physics.course(), self.physics, observation),
+            Some(observation) => {
+                let mut values = self.unchanged_at(start, &observation.time)?;
+                observation.complete(&mut values, self.physics, &self.physics.course, 0.0);
+                Played {
+                    values,
+                    ..traced.played.clone()
+                }
+            }
             None => traced.played.clone(),
         })
     }

@@ -69,14 +69,14 @@ use kick_time::KickMoved;
 use late::OneLate;
 use low_pass::LowPass;
 use missed::MissedBreakaway;
-use number::Number;
+use number::ChangedNumber;
 use offset::ChannelOffset;
 use repeated::RepeatedRows;
 use smooth::Smooth;
 use state::OtherState;
 use std::fmt::Debug;
 use std::sync::Arc;
-use steps::Steps;
+use steps::SteppingSolver;
 use stick_test::StickTest;
 use swapped::SwappedColumns;
 
@@ -234,8 +234,8 @@ pub(crate) const ORDER: &[Round] = &[
         needed: |_| true,
         propose: &[
             Smooth::shown,
-            Number::of_equations,
-            Number::of_breakaways,
+            ChangedNumber::of_equations,
+            ChangedNumber::of_breakaways,
             OtherState::propose,
             NoKick::propose,
             KickOn::propose,
@@ -243,24 +243,24 @@ pub(crate) const ORDER: &[Round] = &[
             StickTest::propose,
             OneLate::propose,
             MissedBreakaway::propose,
-            Steps::of_tolerances,
+            SteppingSolver::of_tolerances,
         ],
     },
     Round {
         needed: |search| search.lacks_number(),
-        propose: &[Number::mistaken],
+        propose: &[ChangedNumber::mistaken],
     },
     Round {
         needed: |search| search.lacks_number(),
-        propose: &[Number::propose],
+        propose: &[ChangedNumber::propose],
     },
     Round {
         needed: |search| search.with_steps && !search.has_exact(),
-        propose: &[Steps::propose],
+        propose: &[SteppingSolver::propose],
     },
     Round {
         needed: |search| search.with_steps && search.lacks_cause(),
-        propose: &[Steps::of_low_order],
+        propose: &[SteppingSolver::of_low_order],
     },
     Round {
         needed: |search| search.lacks_cause(),
@@ -268,22 +268,22 @@ pub(crate) const ORDER: &[Round] = &[
     },
     Round {
         needed: |search| search.with_steps && search.lacks_cause(),
-        propose: &[Steps::of_usual_tolerances],
+        propose: &[SteppingSolver::of_usual_tolerances],
     },
     Round {
         needed: |search| search.lacks_cause(),
-        propose: &[Number::pairs],
+        propose: &[ChangedNumber::pairs],
     },
     Round {
         needed: |search| search.with_steps && !search.explains_all(),
-        propose: &[Steps::with_numbers],
+        propose: &[SteppingSolver::with_numbers],
     },
     Round {
         needed: |_| true,
-        propose: &[Number::as_friction],
+        propose: &[ChangedNumber::as_friction],
     },
     Round {
         needed: |search| search.with_steps && !search.has_cause(),
-        propose: &[Steps::up_to_where_known],
+        propose: &[SteppingSolver::up_to_where_known],
     },
 ];

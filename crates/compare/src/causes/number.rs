@@ -51,7 +51,7 @@ pub(super) fn is_coefficient(path: &str) -> bool {
 
 /// Parameters that differ.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Number {
+pub(crate) struct ChangedNumber {
     /// Paths, and values in SI.
     numbers: Numbers,
     /// Errors of the values, if the equations gave them.
@@ -63,15 +63,15 @@ pub(crate) struct Number {
 
 fn proposals(all: impl IntoIterator<Item = Numbers>) -> Vec<Proposal> {
     let each = all.into_iter().map(|numbers| -> Proposal {
-        Arc::new(Number {
+        Arc::new(ChangedNumber {
             numbers,
-            ..Number::default()
+            ..ChangedNumber::default()
         })
     });
     each.collect()
 }
 
-impl Number {
+impl ChangedNumber {
     /// Parameters that the equations show between the candidate's samples.
     pub fn of_equations(search: &Search<'_>) -> Vec<Proposal> {
         let Some(Fitted { numbers, or }) = search.fitted else {
@@ -79,7 +79,7 @@ impl Number {
         };
         let all = std::iter::once(numbers.clone()).chain(or.iter().map(|one| vec![one.clone()]));
         let each = all.map(|numbers| -> Proposal {
-            Arc::new(Number {
+            Arc::new(ChangedNumber {
                 errors: numbers.iter().map(|(_, _, error)| *error).collect(),
                 numbers: numbers.into_iter().map(|(path, value, _)| (path, value)).collect(),
                 told: true,
@@ -103,16 +103,23 @@ impl Number {
             values.map(|value| unknown.changes(*value))
         });
         let mut all: Vec<Numbers> = mistaken.collect();
-        if evidence.observation.is_none() {
-            let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
-            let starts: Vec<usize> = starts.collect();
-            let found = over_processors(unknown.len(), &|| false, |k| {
-                let starts = starts.iter();
-                let values = starts.filter_map(|start| by_landmarks(evidence, &unknown[k], *start));
-                values.map(|value| unknown[k].changes(value)).collect::<Vec<_>>()
-            });
-            all.extend(found.into_iter().flatten());
-        }
+        // Samples show those in the equations better than events do.
+        let is_sought = |unknown: &&Unknown| {
+            let outside = ["initial.", "perturbation.", BREAKAWAY];
+            evidence.observation.is_none() || outside.iter().any(|table| unknown.path.starts_with(table))
+        };
+        let sought: Vec<&Unknown> = unknown.iter().filter(is_sought).collect();
+        let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
+        let starts: Vec<usize> = starts.collect();
+        let events = evidence.observed_as(None);
+        let breakaway = search.breakaway;
+        let found = over_processors(sought.len(), &|| false, |k| {
+            let guess = breakaway.filter(|_| sought[k].path == BREAKAWAY);
+            let values = starts.iter();
+            let values = values.filter_map(|start| by_landmarks(&events, sought[k], *start, guess));
+            values.map(|value| sought[k].changes(value)).collect::<Vec<_>>()
+        });
+        all.extend(found.into_iter().flatten());
         proposals(all)
     }
 
@@ -133,10 +140,10 @@ impl Number {
             }
             let factor = value / case.number(path)?.value;
             let all = case.numbers().iter().filter(|number| is_coefficient(&number.path));
-            Some(Arc::new(Number {
+            Some(Arc::new(ChangedNumber {
                 numbers: all.map(|number| (number.path.clone(), factor * number.value)).collect(),
                 told: tried.cause.is_told(),
-                ..Number::default()
+                ..ChangedNumber::default()
             }))
         };
         search.causes().filter_map(of).collect()
@@ -155,7 +162,7 @@ impl Number {
     }
 }
 
-impl Cause for Number {
+impl Cause for ChangedNumber {
     /// Parameters with which the motion comes closest to the candidate, each alone.
     fn propose(search: &Search<'_>) -> Vec<Proposal> {
         fitted(search, false)
@@ -391,8 +398,9 @@ fn fitted_from(
     found.into_iter().flatten().collect()
 }
 
-/// The value of a parameter with which a landmark of the events comes closest to the candidate's, by secants.
-fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize) -> Option<f64> {
+/// The value of a parameter with which the events come closest to the candidate's: by secants on landmarks, from the
+/// reference's value and from a guess.
+fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize, guess: Option<f64>) -> Option<f64> {
     let run = |s: f64| {
         Some(
             evidence
@@ -413,6 +421,12 @@ fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize) -> Opt
     };
     let [target, now, moved] = [evidence.word, own, &beside].map(parameters::landmarks);
     let mut best = (agreement(own), None);
+    for value in [2.0 * unknown.value, 0.5 * unknown.value].into_iter().chain(guess) {
+        let cost = run((value / unknown.value).ln()).map(|events| agreement(&events));
+        if let Some(cost) = cost.filter(|cost| *cost < best.0) {
+            best = (cost, Some(value));
+        }
+    }
     for k in 0..target.len() {
         let (Some(wanted), Some(now), Some(moved)) = (target[k], now[k], moved[k]) else {
             continue;
@@ -472,10 +486,10 @@ pub(crate) fn beyond(evidence: &Evidence<'_>, tried: &Tried) -> Option<Proposal>
         let middle = 0.5 * (low + high);
         *(if is_same(middle)? { &mut high } else { &mut low }) = middle;
     }
-    Some(Arc::new(Number {
+    Some(Arc::new(ChangedNumber {
         numbers: at(high),
         told: tried.cause.is_told(),
         beyond: true,
-        ..Number::default()
+        ..ChangedNumber::default()
     }))
 }

@@ -283,7 +283,7 @@ impl Evidence<'_> {
 
 /// A solver with steps, with the reference's parameters or with others.
 #[derive(Debug)]
-pub(crate) struct Steps {
+pub(crate) struct SteppingSolver {
     stepper: Stepper,
     /// Other parameters of the case.
     with: Option<Proposal>,
@@ -303,7 +303,7 @@ const CLOSEST: usize = 2;
 
 fn proposals(steppers: impl IntoIterator<Item = Stepper>) -> Vec<Proposal> {
     let each = steppers.into_iter().map(|stepper| -> Proposal {
-        Arc::new(Steps {
+        Arc::new(SteppingSolver {
             stepper,
             with: None,
             until: None,
@@ -338,7 +338,7 @@ fn tolerances(search: &Search<'_>) -> Vec<f64> {
     all
 }
 
-impl Steps {
+impl SteppingSolver {
     /// Sticks that begin within a fitted velocity tolerance, located.
     pub fn of_tolerances(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
@@ -396,7 +396,7 @@ impl Steps {
         let steppers = search.evidence.steppers(&[], None);
         let both = numbers.into_iter().take(CLOSEST).flat_map(|number| {
             let each = steppers.iter().map(|stepper| -> Proposal {
-                Arc::new(Steps {
+                Arc::new(SteppingSolver {
                     stepper: *stepper,
                     with: Some(number.cause.clone()),
                     until: None,
@@ -430,7 +430,7 @@ impl Steps {
                 .filter(|until| *until > parts)?;
             let (from, until) = (seen.time[parts], seen.time[until]);
             let events = played.events.iter().filter(|event| (from..until).contains(&event.time));
-            let steps = Steps {
+            let steps = SteppingSolver {
                 stepper,
                 with: None,
                 until: Some(until),
@@ -519,7 +519,7 @@ fn missing_sticks(search: &Search<'_>, step: f64) -> Option<String> {
     (short > 0).then(|| format!("{short} missing stick(s) are shorter than four of its steps"))
 }
 
-impl Cause for Steps {
+impl Cause for SteppingSolver {
     /// Solvers that take events at the ends of steps, or sticks within a tolerance.
     fn propose(search: &Search<'_>) -> Vec<Proposal> {
         let share = search
