@@ -277,9 +277,12 @@ impl StudyFile {
 
     /// Codes of a variable with their meanings; none for numbers.
     pub fn flags(&self, variable: &str) -> Vec<(i64, String)> {
-        self.source
-            .described(variable)
-            .map_or_else(|_| Vec::new(), |described| described.flags)
+        self.words(variable).unwrap_or_default()
+    }
+
+    /// Words of a variable's codes. Fails if they are unreadable.
+    pub fn words(&self, variable: &str) -> Result<Vec<(i64, String)>, ResultError> {
+        Ok(self.source.described(variable)?.flags)
     }
 
     /// A numeric attribute of the file, or of a group (`meta/default_rtol`).

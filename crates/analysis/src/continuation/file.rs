@@ -298,7 +298,8 @@ impl Stored {
         let file = StudyFile::open_continuation(path)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);
         let (points, branches) = (file.table("points")?, file.table("branches")?);
-        let unit = |variable: &str| file.attribute(variable, attribute::UNITS).unwrap_or_default();
+        let unit =
+            |variable: &str| Ok::<_, ResultError>(file.text_attribute(variable, attribute::UNITS)?.unwrap_or_default());
         let text = |name: &str| file.text_attribute("points", name)?.ok_or_else(|| missing(name));
         let (number, keys) = (text("number")?, text("keys")?);
         let owner = points.column("branch")?;
@@ -307,7 +308,7 @@ impl Stored {
         for column in POINT_COLUMNS {
             column.read(&points, &mut all)?;
         }
-        let sequences = file.flags("points/sequence");
+        let sequences = file.words("points/sequence")?;
         let ((real, values), (imaginary, others)) = (points.matrix("real")?, points.matrix("imaginary")?);
         let (states, components) = points.matrix("state")?;
         if values != others {
@@ -358,7 +359,7 @@ impl Stored {
                     last.1.push([x[k], y[k]]);
                 }
             }
-            second = Some((other.clone(), unit(&format!("curves/{other}"))));
+            second = Some((other.clone(), unit(&format!("curves/{other}"))?));
         }
         let input = |name: &str| Ok::<_, ResultError>(file.input(name)?.unwrap_or_default());
         let settings = input("settings")?;
@@ -370,14 +371,14 @@ impl Stored {
             number: (
                 number.clone(),
                 keys.split(' ').map(str::to_owned).collect(),
-                unit(&format!("points/{number}")),
+                unit(&format!("points/{number}"))?,
             ),
             second,
             branches,
             curves,
             case: (input("case")?, settings.lines().map(str::to_owned).collect()),
-            angle: unit("points/amplitude"),
-            speed: unit("points/largest_relative_velocity"),
+            angle: unit("points/amplitude")?,
+            speed: unit("points/largest_relative_velocity")?,
         })
     }
 }
