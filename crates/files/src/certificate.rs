@@ -8,7 +8,7 @@ use super::attributes::{describe, describe_text, write_attributes};
 use super::schema::{self, StorageKind, Variable};
 use super::table::{create_empty, create_group};
 use super::target::{self, Overwrite};
-use super::values::{ColumnValues, FileColumn, with_type};
+use super::values::{ColumnValues, FileColumn, FileRows, with_type};
 use super::{AttributeValue, ResultError, raw};
 
 /// Additions to a group of a result file. /events exists already; every other group is created.
@@ -52,6 +52,19 @@ impl Addition {
     pub fn over(&mut self, dimensions: &[&str], column: FileColumn) {
         let dimensions = dimensions.iter().map(|&name| name.to_owned());
         self.columns.push((column, dimensions.collect()));
+    }
+
+    /// Adds a dimension, with columns that have a value for each of its rows.
+    pub fn rows<R>(&mut self, dimension: &str, long_name: &str, rows: FileRows<'_, R>) {
+        self.dimension(dimension, rows.rows.len(), long_name);
+        self.over_each(dimension, rows);
+    }
+
+    /// Adds columns over an existing dimension.
+    pub fn over_each<R>(&mut self, dimension: &str, rows: FileRows<'_, R>) {
+        rows.columns
+            .into_iter()
+            .for_each(|column| self.over(&[dimension], column));
     }
 
     /// Adds a text after the columns.

@@ -103,6 +103,6 @@ pub use sweep::SweepHeader;
 pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
 pub use sweep::{MergeError, MergeOptions, MergeReport, Partition, SweepFile, SweepLayout, merge};
 pub use target::{Overwrite, Reservation, check_target, partial_path};
-pub use values::{ColumnValues, FileColumn};
+pub use values::{ColumnValues, FileColumn, FileRows};
 pub use work_precision::{WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{ResultWriter, SavedRows};

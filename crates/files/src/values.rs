@@ -152,3 +152,47 @@ impl FileColumn {
         }
     }
 }
+
+/// Columns of a table, each with a value for each of its rows.
+#[derive(Debug)]
+pub struct FileRows<'a, R> {
+    pub(super) rows: &'a [R],
+    pub(super) columns: Vec<FileColumn>,
+}
+
+impl<'a, R> FileRows<'a, R> {
+    /// A table of these rows, without columns yet.
+    pub fn of(rows: &'a [R]) -> Self {
+        let columns = Vec::new();
+        FileRows { rows, columns }
+    }
+
+    /// Adds a column.
+    pub fn column(mut self, column: FileColumn) -> Self {
+        self.columns.push(column);
+        self
+    }
+
+    /// Adds a column of doubles. A missing value is NaN.
+    pub fn numbers(self, name: &str, units: &str, long_name: &str, of: impl Fn(&'a R) -> f64) -> Self {
+        let values = self.rows.iter().map(of);
+        self.column(FileColumn::numbers(name, units, long_name, values))
+    }
+
+    /// Adds a column of integers.
+    pub fn counts(self, name: &str, long_name: &str, of: impl Fn(&'a R) -> i64) -> Self {
+        let values = self.rows.iter().map(of);
+        self.column(FileColumn::counts(name, long_name, values))
+    }
+
+    /// Adds a column of codes with their words.
+    pub fn codes(self, name: &str, long_name: &str, words: &[(i64, String)], of: impl Fn(&'a R) -> i8) -> Self {
+        let values = self.rows.iter().map(of);
+        self.column(FileColumn::codes(name, long_name, values, words.to_vec()))
+    }
+
+    /// The columns in their order.
+    pub fn columns(self) -> Vec<FileColumn> {
+        self.columns
+    }
+}

@@ -15,7 +15,7 @@ use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::OutputOptions;
 use stickslip_engine::workers::over_processors;
-use stickslip_files::{Addition, FileColumn};
+use stickslip_files::{Addition, FileRows};
 use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{Event, EventKind};
@@ -206,13 +206,15 @@ impl Sensitivity {
 }
 
 /// Sensitivities of one result of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivities {
     /// The result.
+    #[serde(skip)]
     pub of: Affected,
     /// Time or duration of the result, s.
     pub time: f64,
     /// One row for each physical parameter of the case, in its order.
+    #[serde(skip)]
     pub rows: Vec<Sensitivity>,
     /// Reason for missing reruns.
     pub without_reruns: Option<String>,
@@ -604,71 +606,48 @@ impl Differentiated<'_> {
     }
 }
 
+const HALF_LAST_DIGIT: &str =
+    "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)";
+const NONLINEAR: &str =
+    "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events";
+
 /// Adds the effects of half a unit in the last digit to a file's group; missing values without `found`.
 pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Affected, parameters: usize) {
     const NONE: i8 = -1;
-    let row = |column: usize| found.map(|found| &found.rows[column]);
-    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Sensitivity) -> Option<f64>| {
-        let value = |column| row(column).and_then(of).unwrap_or(f64::NAN);
-        FileColumn::numbers(name, unit, long_name, (0..parameters).map(value))
-    };
-    let rerun =
-        |column: usize, side: usize| -> Option<&SensitivityRerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
     group.attribute("held", found.map_or("", |found| &found.held));
     let without_reruns = match found {
         Some(found) => found.without_reruns.clone().unwrap_or_default(),
         None => format!("no {} that is converged", of.words().trim_start_matches("the ")),
     };
     group.attribute("without_reruns", without_reruns);
-    let long_name =
-        "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)";
-    let mut columns = vec![numbers("half_last_digit", "1", long_name, &|row| {
-        row.parameter.half_last_digit
-    })];
-    let outcomes = of.outcomes().into_iter().map(|o| (o.code(), o.name()));
-    let words: Vec<(i64, String)> = [(NONE, "not-made")]
-        .into_iter()
-        .chain(outcomes)
-        .map(|(code, word)| (code.into(), word.to_owned()))
+    let all: Vec<Option<&Sensitivity>> = (0..parameters)
+        .map(|column| found.map(|found| &found.rows[column]))
         .collect();
+    let half = |row: &Sensitivity| row.parameter.half_last_digit;
+    let mut rows = FileRows::of(&all).numbers("half_last_digit", "1", HALF_LAST_DIGIT, |row| {
+        row.and_then(half).unwrap_or(f64::NAN)
+    });
+    let outcomes = of.outcomes().into_iter().map(|o| (o.code(), o.name()));
+    let words = [(NONE, "not-made")].into_iter().chain(outcomes);
+    let words: Vec<(i64, String)> = words.map(|(code, word)| (code.into(), word.to_owned())).collect();
     for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
+        let [shift, outcome, sticks] = ["shift", "outcome", "sticks"].map(|what| format!("{what}_{name}"));
         let shifts = format!("{} with the parameter half_last_digit {where_to}, by a run", of.shift());
-        columns.push(numbers(&format!("shift_{name}"), "s", &shifts, &|row| {
-            row.reruns.as_ref()?[side].shift
-        }));
-        let outcome = |column| rerun(column, side).map_or(NONE, |rerun| rerun.outcome.code());
-        let outcomes = (0..parameters).map(outcome);
-        columns.push(FileColumn::codes(
-            &format!("outcome_{name}"),
-            "what that run came to",
-            outcomes,
-            words.clone(),
-        ));
-        let sticks = |column| {
-            rerun(column, side)
-                .and_then(|rerun| rerun.sticks)
-                .map_or(-1, |sticks| sticks as i64)
-        };
-        let long_name = "number of sticks of that run; -1 without one";
-        columns.push(FileColumn::counts(
-            &format!("sticks_{name}"),
-            long_name,
-            (0..parameters).map(sticks),
-        ));
+        let rerun = |row: &Option<&Sensitivity>| Some(row.as_ref()?.reruns.as_ref()?[side].clone());
+        let shift_of = |row| rerun(row)?.shift;
+        let sticks_of = |row| Some(rerun(row)?.sticks? as i64);
+        rows = rows
+            .numbers(&shift, "s", &shifts, |row| shift_of(row).unwrap_or(f64::NAN))
+            .codes(&outcome, "what that run came to", &words, |row| {
+                rerun(row).map_or(NONE, |rerun| rerun.outcome.code())
+            })
+            .counts(&sticks, "number of sticks of that run; -1 without one", |row| {
+                sticks_of(row).unwrap_or(-1)
+            });
     }
-    let nonlinear = |column| row(column).and_then(Sensitivity::nonlinear).map_or(NONE, i8::from);
-    let long_name =
-        "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events";
     let words = [(-1, "unknown"), (0, "linear"), (1, "nonlinear")].map(|(code, word)| (code, word.to_owned()));
-    columns.push(FileColumn::codes(
-        "nonlinear",
-        long_name,
-        (0..parameters).map(nonlinear),
-        words.to_vec(),
-    ));
-    columns
-        .into_iter()
-        .for_each(|column| group.over(&["parameter"], column));
+    let nonlinear = |row: &Option<&Sensitivity>| row.and_then(Sensitivity::nonlinear).map_or(NONE, i8::from);
+    group.over_each("parameter", rows.codes("nonlinear", NONLINEAR, &words, nonlinear));
 }
 
 /// First difference in the counts of two sequences, such as "51 sticks instead of 54".

@@ -3,11 +3,13 @@
 use super::region::Determined;
 use super::search::Calibration;
 use super::study::CalibrationStudy;
-use super::target::Role;
+use super::target::{Role, Target, TargetResult};
 use crate::provenance;
 use crate::sweep::{command_attribute, header, sweep_variables};
 use std::path::PathBuf;
-use stickslip_files::{FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
+use stickslip_files::{
+    FileColumn, FileRows, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter,
+};
 
 /// Writes a calibration to a reserved place and returns its path. An incomplete calibration keeps the partial name.
 pub fn write_file(
@@ -57,8 +59,12 @@ pub fn write_file(
     })
 }
 
-fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> FileColumn {
-    let words: Vec<(i64, String)> = (0..).zip(words).collect();
+fn words(names: impl Iterator<Item = String>) -> Vec<(i64, String)> {
+    (0..).zip(names).collect()
+}
+
+fn index(name: &str, long_name: &str, names: impl Iterator<Item = String>) -> FileColumn {
+    let words = words(names);
     FileColumn::codes(name, long_name, 0..words.len() as i8, words)
 }
 
@@ -66,103 +72,68 @@ fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
     study.runs.axes.iter().map(|axis| axis.keys[0].clone())
 }
 
+const OPTIMUM: &str = "where the largest residual is least, in the unit of the parameter";
+const RANGE_FROM: &str = "one end of the range it was looked for in";
+const COMPROMISE: &str = "where the largest residual is least if no target is set aside";
+const LEAST: &str = "least value for which the held targets hold";
+const LARGEST: &str = "largest value for which the held targets hold";
+const DETERMINED: &str = "from which sides the targets bound it within the range";
+const HALF_WIDTH: &str = "how far the quantity may lie from it, in the unit of the target";
+const HERE: &str = "of the run with the calibrated parameters, in the unit of the target";
+const RESIDUAL: &str = "distance from the measured value in half-widths";
+const NEAREST: &str = "the least residual found anywhere in the ranges";
+const TOGETHER: &str = "the largest residual that is left if it is held with the others; only of those that contradict";
+const CORRELATION: &str = "of their places in the ranges, over the points at which the held targets hold";
+
 fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
-    let ends = |share: f64| {
-        let axes = study.runs.axes.iter();
-        axes.map(move |axis| axis.at(share).as_number().unwrap_or(f64::NAN))
-    };
-    let optimum = "where the largest residual is least, in the unit of the parameter";
-    let mut columns = vec![
-        index("parameter", "the key of the parameter", parameter_names(study)),
-        FileColumn::numbers("optimum", "1", optimum, calibration.parameters.iter().copied()),
-        FileColumn::numbers(
-            "range_from",
-            "1",
-            "one end of the range it was looked for in",
-            ends(0.0),
-        ),
-        FileColumn::numbers("range_to", "1", "the other end", ends(1.0)),
-    ];
+    let all: Vec<usize> = (0..study.runs.axes.len()).collect();
+    let end = |k: usize, share: f64| study.runs.axes[k].at(share).as_number().unwrap_or(f64::NAN);
+    let mut rows = FileRows::of(&all)
+        .column(index("parameter", "the key of the parameter", parameter_names(study)))
+        .numbers("optimum", "1", OPTIMUM, |&k| calibration.parameters[k])
+        .numbers("range_from", "1", RANGE_FROM, |&k| end(k, 0.0))
+        .numbers("range_to", "1", "the other end", |&k| end(k, 1.0));
     if let Some(compromise) = &calibration.compromise {
-        let long_name = "where the largest residual is least if no target is set aside";
-        columns.push(FileColumn::numbers(
-            "compromise",
-            "1",
-            long_name,
-            compromise.parameters.iter().copied(),
-        ));
+        rows = rows.numbers("compromise", "1", COMPROMISE, |&k| compromise.parameters[k]);
     }
-    if !calibration.intervals.is_empty() {
-        let intervals = || calibration.intervals.iter();
-        let long_name = "least value for which the held targets hold";
-        columns.push(FileColumn::numbers(
-            "least",
-            "1",
-            long_name,
-            intervals().map(|interval| interval.least),
-        ));
-        let long_name = "largest value for which the held targets hold";
-        columns.push(FileColumn::numbers(
-            "largest",
-            "1",
-            long_name,
-            intervals().map(|interval| interval.largest),
-        ));
-        columns.push(FileColumn::codes(
-            "determined",
-            "from which sides the targets bound it within the range",
-            intervals().map(|interval| interval.determined as i8),
-            Determined::ALL
-                .map(|found| (found as i64, found.name().to_owned()))
-                .into(),
-        ));
+    let intervals = &calibration.intervals;
+    if !intervals.is_empty() {
+        let determined = words(Determined::ALL.iter().map(|found| found.name().to_owned()));
+        rows = rows
+            .numbers("least", "1", LEAST, |&k| intervals[k].least)
+            .numbers("largest", "1", LARGEST, |&k| intervals[k].largest)
+            .codes("determined", DETERMINED, &determined, |&k| {
+                intervals[k].determined as i8
+            });
     }
-    columns
+    rows.columns()
 }
 
 fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
-    let (targets, results) = (|| study.targets.iter(), || calibration.targets.iter());
-    let half_width = "how far the quantity may lie from it, in the unit of the target";
-    let here = "of the run with the calibrated parameters, in the unit of the target";
-    let nearest = "the least residual found anywhere in the ranges";
-    let together = "the largest residual that is left if it is held with the others; only of those that contradict";
-    let measured = targets().map(|target| target.name().to_owned());
-    vec![
-        index("target", "the quantity that was measured", measured),
-        FileColumn::numbers(
-            "value",
-            "1",
-            "as measured, in the unit of the target",
-            targets().map(|target| target.value),
-        ),
-        FileColumn::numbers("half_width", "1", half_width, targets().map(|target| target.half_width)),
-        FileColumn::numbers("here", "1", here, results().map(|result| result.here)),
-        FileColumn::numbers(
-            "residual",
-            "1",
-            "distance from the measured value in half-widths",
-            results().map(|result| result.residual),
-        ),
-        FileColumn::numbers("nearest", "1", nearest, results().map(|result| result.nearest)),
-        FileColumn::numbers("together", "1", together, results().map(|result| result.together)),
-        FileColumn::codes(
-            "role",
-            "what became of the target",
-            results().map(|result| result.role as i8),
-            Role::ALL.map(|role| (role as i64, role.name().to_owned())).into(),
-        ),
-    ]
+    let measured = study.targets.iter().map(|target| target.name().to_owned());
+    let roles = words(Role::ALL.iter().map(|role| role.name().to_owned()));
+    let all: Vec<(&Target, &TargetResult)> = study.targets.iter().zip(&calibration.targets).collect();
+    FileRows::of(&all)
+        .column(index("target", "the quantity that was measured", measured))
+        .numbers("value", "1", "as measured, in the unit of the target", |row| {
+            row.0.value
+        })
+        .numbers("half_width", "1", HALF_WIDTH, |row| row.0.half_width)
+        .numbers("here", "1", HERE, |row| row.1.here)
+        .numbers("residual", "1", RESIDUAL, |row| row.1.residual)
+        .numbers("nearest", "1", NEAREST, |row| row.1.nearest)
+        .numbers("together", "1", TOGETHER, |row| row.1.together)
+        .codes("role", "what became of the target", &roles, |row| row.1.role as i8)
+        .columns()
 }
 
 fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
-    let pairs = || calibration.correlations.iter();
-    let words: Vec<(i64, String)> = (0..).zip(parameter_names(study)).collect();
-    let side = |k: usize| pairs().map(move |pair| pair.parameters[k] as i8);
-    let long_name = "of their places in the ranges, over the points at which the held targets hold";
-    vec![
-        FileColumn::counts("pair", "index of the pair", 0..pairs().len() as i64),
-        FileColumn::codes("first", "one parameter", side(0), words.clone()),
-        FileColumn::codes("second", "the other", side(1), words),
-        FileColumn::numbers("correlation", "1", long_name, pairs().map(|pair| pair.coefficient)),
-    ]
+    let pairs = &calibration.correlations;
+    let names = words(parameter_names(study));
+    FileRows::of(pairs)
+        .column(FileColumn::counts("pair", "index of the pair", 0..pairs.len() as i64))
+        .codes("first", "one parameter", &names, |pair| pair.parameters[0] as i8)
+        .codes("second", "the other", &names, |pair| pair.parameters[1] as i8)
+        .numbers("correlation", "1", CORRELATION, |pair| pair.coefficient)
+        .columns()
 }

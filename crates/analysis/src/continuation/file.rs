@@ -10,7 +10,7 @@ use std::path::Path;
 use stickslip_case::{Motion, quantity::Dimension};
 use stickslip_files::schema::META_POINT_COMMAND;
 use stickslip_files::{
-    Addition, AttributeValue, ContinuationFile, FileColumn, ResultError, Status, StoredContinuation,
+    Addition, AttributeValue, ContinuationFile, FileColumn, FileRows, ResultError, Status, StoredContinuation,
 };
 use stickslip_system::quote::in_shell;
 
@@ -50,6 +50,15 @@ pub(crate) fn contents(study: &ContinuationStudy, motion: Motion, explored: &Exp
     }
 }
 
+const MULTIPLE: &str = "periods of the drives in one of its cycles; -1: autonomous, or steady sliding";
+const PARENT: &str = "the branch at whose special point it starts; -1: none";
+const PERIOD: &str = "period of the cycle; at a Hopf point of those that are born; NaN of steady sliding";
+const UNSTABLE: &str = "multipliers above 1 in magnitude, or eigenvalues with a positive real part";
+const MARGIN: &str = "relative distance of the nearest other sequence of events; NaN: none is near";
+const REAL: &str = "real part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
+const IMAGINARY: &str = "imaginary part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
+const STATE: &str = "twists, rates, speeds of free chains and bristles at the start of the period, SI";
+
 /// `None` if the command is too long for an attribute.
 fn modes_command(study: &ContinuationStudy) -> Option<(String, AttributeValue)> {
     let mut command = format!("stickslip modes {}", in_shell(&study.source.named(&study.base)));
@@ -60,63 +69,33 @@ fn modes_command(study: &ContinuationStudy) -> Option<(String, AttributeValue)> 
 }
 
 fn branches(explored: &Explored) -> Addition {
-    let all = &explored.branches;
     let mut group = Addition::new("branches");
-    group.dimension("branch", all.len(), "number of the branch");
-    let mut codes = |name: &str, about: &str, codes: Vec<i8>, words: Vec<(i64, String)>| {
-        group.over(&["branch"], FileColumn::codes(name, about, codes, words));
-    };
-    let what = all.iter().map(|branch| i8::from(!branch.steady)).collect();
-    codes("what", "what is followed", what, flags(["steady", "cycle"]));
-    let ends = all
-        .iter()
-        .map(|branch| EndReason::ALL.iter().position(|end| *end == branch.end).unwrap_or(0) as i8);
-    codes(
-        "end",
-        "why it ends",
-        ends.collect(),
-        flags(EndReason::ALL.map(EndReason::name)),
-    );
-    let mut counts = |name: &str, about: &str, values: Vec<i64>| {
-        group.over(&["branch"], FileColumn::counts(name, about, values));
-    };
+    let ends = flags(EndReason::ALL.map(EndReason::name));
+    let end = |reason: EndReason| EndReason::ALL.iter().position(|end| *end == reason);
     let mut first = 0;
-    let firsts = all.iter().map(|branch| {
+    let firsts = explored.branches.iter().map(|branch| {
         first += branch.points.len() as i64;
         first - branch.points.len() as i64
     });
-    counts("first_point", "its first point", firsts.collect());
-    counts(
-        "points",
-        "how many points it has",
-        all.iter().map(|branch| branch.points.len() as i64).collect(),
-    );
-    let multiples = all.iter().map(|branch| branch.multiple.map_or(-1, i64::from)).collect();
-    counts(
-        "multiple",
-        "periods of the drives in one of its cycles; -1: autonomous, or steady sliding",
-        multiples,
-    );
-    let parents = all
-        .iter()
-        .map(|branch| branch.parent.map_or(-1, |parent| parent.0 as i64))
-        .collect();
-    counts(
-        "parent",
-        "the branch at whose special point it starts; -1: none",
-        parents,
-    );
+    let rows = FileRows::of(&explored.branches)
+        .codes("what", "what is followed", &flags(["steady", "cycle"]), |one| {
+            i8::from(!one.steady)
+        })
+        .codes("end", "why it ends", &ends, |one| end(one.end).unwrap_or(0) as i8)
+        .column(FileColumn::counts("first_point", "its first point", firsts))
+        .counts("points", "how many points it has", |one| one.points.len() as i64)
+        .counts("multiple", MULTIPLE, |one| one.multiple.map_or(-1, i64::from))
+        .counts("parent", PARENT, |one| one.parent.map_or(-1, |parent| parent.0 as i64));
+    group.rows("branch", "number of the branch", rows);
     group
 }
 
 fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Addition {
-    let all: Vec<(usize, &BranchPoint)> = explored
-        .branches
-        .iter()
-        .enumerate()
+    let of_branches = explored.branches.iter().enumerate();
+    let all: Vec<(usize, &BranchPoint)> = of_branches
         .flat_map(|(index, branch)| branch.points.iter().map(move |point| (index, point)))
         .collect();
-    let only = || all.iter().map(|one| one.1);
+    let only: Vec<&BranchPoint> = all.iter().map(|one| one.1).collect();
     let angle = motion.dimension(Dimension::Angle).unit();
     let speed = motion.dimension(Dimension::AngularVelocity).unit();
     let mut group = Addition::new("points");
@@ -124,7 +103,7 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     group.attribute("number", axis.name.as_str());
     group.attribute("keys", axis.keys.join(" ").as_str());
     group.dimension("point", all.len(), "number of the point");
-    let widest = |of: fn(&BranchPoint) -> usize| only().map(of).max().unwrap_or(0);
+    let widest = |of: fn(&BranchPoint) -> usize| only.iter().map(|point| of(point)).max().unwrap_or(0);
     let (values, components) = (widest(|point| point.spectrum.len()), widest(|point| point.state.len()));
     group.dimension(
         "value",
@@ -132,155 +111,103 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         "number of the multiplier or eigenvalue, the most unstable first",
     );
     group.dimension("component", components, "number of the component of the state");
-    let numbers = |name: &str, unit: &str, about: &str, of: &dyn Fn(&BranchPoint) -> f64| {
-        FileColumn::numbers(name, unit, about, only().map(of))
-    };
-    let unit = axis.unit.unwrap_or("1");
-    let mut add = |column: FileColumn| group.over(&["point"], column);
-    add(FileColumn::counts(
-        "branch",
-        "the branch that it is of",
-        all.iter().map(|one| one.0 as i64),
-    ));
-    add(numbers(&axis.name, unit, axis.description, &|point| point.value));
-    let about = "period of the cycle; at a Hopf point of those that are born; NaN of steady sliding";
-    add(numbers("period", "s", about, &|point| point.period));
-    let amplitude = |point: &BranchPoint| (point.position.1 - point.position.0) / 2.0;
-    add(numbers(
-        "amplitude",
-        angle,
-        "half of what the position sweeps",
-        &amplitude,
-    ));
-    add(numbers("least_position", angle, "least position", &|point| {
-        point.position.0
-    }));
-    add(numbers("largest_position", angle, "largest position", &|point| {
-        point.position.1
-    }));
-    add(numbers("least_relative_velocity", speed, "least omega_r", &|point| {
-        point.relative_velocity.0
-    }));
-    add(numbers(
-        "largest_relative_velocity",
-        speed,
-        "largest omega_r",
-        &|point| point.relative_velocity.1,
-    ));
-    let stabilities = only().map(|point| STABILITIES.iter().position(|one| *one == point.stability).unwrap_or(0) as i8);
-    let words = flags(STABILITIES.map(CycleStability::name));
-    add(FileColumn::codes(
-        "stability",
-        "what becomes of small disturbances",
-        stabilities,
-        words,
-    ));
-    let about = "multipliers above 1 in magnitude, or eigenvalues with a positive real part";
-    add(FileColumn::counts(
-        "unstable",
-        about,
-        only().map(|point| point.unstable as i64),
-    ));
-    let mut words = vec![(-1, "none".to_owned())];
-    words.extend(flags(Special::ALL.map(Special::name)));
-    let specials = only().map(|point| point.special.map_or(-1, Special::code));
-    add(FileColumn::codes(
-        "special",
-        "what the point is special for",
-        specials,
-        words,
-    ));
-    add(FileColumn::counts(
-        "sticks",
-        "sticks in a period",
-        only().map(|point| point.sticks as i64),
-    ));
-    let about = "duration of the shortest stick; NaN: none";
-    add(numbers("shortest_stick", "s", about, &|point| point.shortest_stick));
-    let about = "relative distance of the nearest other sequence of events; NaN: none is near";
-    add(numbers("margin", "1", about, &|point| point.margin));
-    let mut sequences: Vec<String> = Vec::new();
-    let codes: Vec<i8> = only()
-        .map(|point| {
-            let word = match point.sequence.is_empty() {
-                true => "none".to_owned(),
-                false => point.sequence.replace(", ", "-"),
-            };
-            let found = sequences.iter().position(|other| *other == word).unwrap_or_else(|| {
-                sequences.push(word);
-                sequences.len() - 1
-            });
-            found.min(MOST_SEQUENCES) as i8
-        })
+    let stabilities = flags(STABILITIES.map(CycleStability::name));
+    let stability = |of: CycleStability| STABILITIES.iter().position(|one| *one == of).unwrap_or(0) as i8;
+    let specials: Vec<_> = std::iter::once((-1, "none".to_owned()))
+        .chain(flags(Special::ALL.map(Special::name)))
         .collect();
-    if sequences.len() > MOST_SEQUENCES {
-        sequences.truncate(MOST_SEQUENCES);
-        sequences.push("other".to_owned());
-    }
-    let words = flags(sequences.iter().map(String::as_str));
-    add(FileColumn::codes("sequence", "events of a period", codes, words));
-    let about = "phase of the drives where the state is";
-    add(numbers("time", "s", about, &|point| point.time));
+    let branches = all.iter().map(|one| one.0 as i64);
+    let rows = FileRows::of(&only)
+        .column(FileColumn::counts("branch", "the branch that it is of", branches))
+        .numbers(&axis.name, axis.unit.unwrap_or("1"), axis.description, |one| one.value)
+        .numbers("period", "s", PERIOD, |one| one.period)
+        .numbers("amplitude", angle, "half of what the position sweeps", |one| {
+            (one.position.1 - one.position.0) / 2.0
+        })
+        .numbers("least_position", angle, "least position", |one| one.position.0)
+        .numbers("largest_position", angle, "largest position", |one| one.position.1)
+        .numbers("least_relative_velocity", speed, "least omega_r", |one| {
+            one.relative_velocity.0
+        })
+        .numbers("largest_relative_velocity", speed, "largest omega_r", |one| {
+            one.relative_velocity.1
+        })
+        .codes("stability", "what becomes of small disturbances", &stabilities, |one| {
+            stability(one.stability)
+        })
+        .counts("unstable", UNSTABLE, |one| one.unstable as i64)
+        .codes("special", "what the point is special for", &specials, |one| {
+            one.special.map_or(-1, Special::code)
+        })
+        .counts("sticks", "sticks in a period", |one| one.sticks as i64)
+        .numbers(
+            "shortest_stick",
+            "s",
+            "duration of the shortest stick; NaN: none",
+            |one| one.shortest_stick,
+        )
+        .numbers("margin", "1", MARGIN, |one| one.margin)
+        .column(sequences(&only))
+        .numbers("time", "s", "phase of the drives where the state is", |one| one.time);
+    group.over_each("point", rows);
     let padded = |values: Vec<f64>, length: usize| {
         let missing = length - values.len();
         values.into_iter().chain(std::iter::repeat_n(f64::NAN, missing))
     };
     let of_values = |of: fn(&(f64, f64)) -> f64| {
-        only()
-            .flat_map(move |point| padded(point.spectrum.iter().map(of).collect(), values))
-            .collect::<Vec<f64>>()
+        let rows = only.iter().map(|point| point.spectrum.iter().map(of).collect());
+        rows.flat_map(|row| padded(row, values)).collect::<Vec<f64>>()
     };
-    let about = "real part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
-    group.over(
-        &["point", "value"],
-        FileColumn::numbers("real", "1", about, of_values(|one| one.0)),
-    );
-    let about = "imaginary part of a multiplier, or of an eigenvalue of steady sliding (1/s); NaN: none";
-    group.over(
-        &["point", "value"],
-        FileColumn::numbers("imaginary", "1", about, of_values(|one| one.1)),
-    );
-    let states: Vec<f64> = only()
-        .flat_map(|point| padded(point.state.clone(), components))
-        .collect();
-    let about = "twists, rates, speeds of free chains and bristles at the start of the period, SI";
-    group.over(
-        &["point", "component"],
-        FileColumn::numbers("state", "1", about, states),
-    );
+    let states = only.iter().flat_map(|point| padded(point.state.clone(), components));
+    for (dimension, name, about, values) in [
+        ("value", "real", REAL, of_values(|one| one.0)),
+        ("value", "imaginary", IMAGINARY, of_values(|one| one.1)),
+        ("component", "state", STATE, states.collect()),
+    ] {
+        group.over(&["point", dimension], FileColumn::numbers(name, "1", about, values));
+    }
     group
+}
+
+fn sequences(points: &[&BranchPoint]) -> FileColumn {
+    let mut sequences: Vec<String> = Vec::new();
+    let code = |point: &&BranchPoint| {
+        let word = match point.sequence.is_empty() {
+            true => "none".to_owned(),
+            false => point.sequence.replace(", ", "-"),
+        };
+        let found = sequences.iter().position(|other| *other == word).unwrap_or_else(|| {
+            sequences.push(word);
+            sequences.len() - 1
+        });
+        found.min(MOST_SEQUENCES) as i8
+    };
+    let codes: Vec<i8> = points.iter().map(code).collect();
+    if sequences.len() > MOST_SEQUENCES {
+        sequences.truncate(MOST_SEQUENCES);
+        sequences.push("other".to_owned());
+    }
+    let words = flags(sequences.iter().map(String::as_str));
+    FileColumn::codes("sequence", "events of a period", codes, words)
 }
 
 fn curves(study: &ContinuationStudy, explored: &Explored) -> Addition {
     let mut group = Addition::new("curves");
-    let all: Vec<_> = explored
-        .curves
-        .iter()
-        .enumerate()
+    let of_curves = explored.curves.iter().enumerate();
+    let all: Vec<_> = of_curves
         .flat_map(|(index, curve)| curve.points.iter().map(move |point| (index, curve.special, point)))
         .collect();
-    group.dimension("curve_point", all.len(), "number of the point");
-    let over = &["curve_point"];
-    group.over(
-        over,
-        FileColumn::counts("curve", "the curve that it is of", all.iter().map(|one| one.0 as i64)),
-    );
-    let words = flags(Special::ALL.map(Special::name));
-    let codes = all.iter().map(|one| one.1.code());
-    group.over(
-        over,
-        FileColumn::codes("special", "special points of which kind", codes, words),
-    );
+    let specials = flags(Special::ALL.map(Special::name));
+    let mut rows = FileRows::of(&all)
+        .counts("curve", "the curve that it is of", |one| one.0 as i64)
+        .codes("special", "special points of which kind", &specials, |one| one.1.code());
     for (k, axis) in study.axes.iter().take(2).enumerate() {
-        let unit = axis.unit.unwrap_or("1");
-        let values = all.iter().map(|one| one.2.values[k]);
-        group.over(over, FileColumn::numbers(&axis.name, unit, axis.description, values));
+        rows = rows.numbers(&axis.name, axis.unit.unwrap_or("1"), axis.description, |one| {
+            one.2.values[k]
+        });
     }
-    let periods = all.iter().map(|one| one.2.period);
-    group.over(
-        over,
-        FileColumn::numbers("curve_period", "s", "period of the cycle there", periods),
-    );
+    let rows = rows.numbers("curve_period", "s", "period of the cycle there", |one| one.2.period);
+    group.rows("curve_point", "number of the point", rows);
     group
 }
 

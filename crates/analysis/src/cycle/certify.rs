@@ -12,10 +12,11 @@ use nalgebra::{DMatrix, DVector};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
+use serde::Serialize;
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
-use stickslip_files::{Addition, FileColumn, quantity, schema::group};
+use stickslip_files::{Addition, FileRows, quantity, schema::group};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
@@ -69,29 +70,39 @@ pub enum NotCertified {
 }
 
 /// Number with its error.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Enclosed {
     /// Value, rounded to a double.
     pub value: f64,
     /// Decimal with all true digits.
     pub decimal: String,
     /// Error of the decimal in the unit of the value, rounded up.
+    #[serde(rename = "uncertainty")]
     pub error: f64,
 }
 
+/// Event of a certified cycle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnclosedEvent {
+    /// Kind.
+    pub kind: &'static str,
+    /// Time since the start of the file, s.
+    pub time: Enclosed,
+}
+
 /// A certified cycle.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct CycleCertificate {
-    /// Period, s; exact for a forced motion.
-    pub period: Enclosed,
-    /// Events since the start of the file, with their kinds.
-    pub events: Vec<(Enclosed, &'static str)>,
     /// Decimal digits of the oracle's computation.
     pub digits_computed: u32,
     /// Number of corrections.
     pub corrections: usize,
     /// Ratio of the last two corrections.
     pub contraction: f64,
+    /// Period, s; exact for a forced motion.
+    pub period: Enclosed,
+    /// Events of the exact motion.
+    pub events: Vec<EnclosedEvent>,
 }
 
 /// Machin's formula: pi = 16 arctan(1/5) - 4 arctan(1/239).
@@ -332,10 +343,13 @@ pub fn certify(
                     time = time + &phase + &turn * BigRational::from_integer(periods_before.into());
                     time -= (&time / &period).floor() * &period;
                 }
-                (enclosed(&time, SAFETY * moved * contraction), event.kind.name())
+                EnclosedEvent {
+                    kind: event.kind.name(),
+                    time: enclosed(&time, SAFETY * moved * contraction),
+                }
             });
-            let mut events: Vec<(Enclosed, &'static str)> = events.collect();
-            events.sort_by(|a, b| a.0.value.total_cmp(&b.0.value));
+            let mut events: Vec<EnclosedEvent> = events.collect();
+            events.sort_by(|a, b| a.time.value.total_cmp(&b.time.value));
             return Ok(CycleCertificate {
                 period: enclosed(&period, of_period),
                 events,
@@ -424,50 +438,51 @@ impl CycleCertificate {
     /// Group /cycle_certificate of a file.
     pub fn additions(&self) -> Vec<Addition> {
         let mut group = Addition::new(group::CYCLE_CERTIFICATE);
-        let mut number = |name: &str, value: f64, units: &str, about: &str| {
+        let computed = f64::from(self.digits_computed);
+        for (name, value, units, about) in [
+            (
+                "period",
+                self.period.value,
+                "s",
+                "period of the exact cycle, rounded to a double",
+            ),
+            (
+                "period_uncertainty",
+                self.period.error,
+                "s",
+                "how far the decimal of the period can be off",
+            ),
+            (
+                "digits_computed",
+                computed,
+                "1",
+                "decimal digits that the oracle computed with",
+            ),
+            (
+                "corrections",
+                self.corrections as f64,
+                "1",
+                "corrections by Newton's method",
+            ),
+            (
+                "contraction",
+                self.contraction,
+                "1",
+                "the last correction over the one before",
+            ),
+        ] {
             group.attributes.extend(quantity(name, value, units, about));
-        };
-        number(
-            "period",
-            self.period.value,
-            "s",
-            "period of the exact cycle, rounded to a double",
-        );
-        number(
-            "period_uncertainty",
-            self.period.error,
-            "s",
-            "how far the decimal of the period can be off",
-        );
-        let about = "decimal digits that the oracle computed with";
-        number("digits_computed", f64::from(self.digits_computed), "1", about);
-        number(
-            "corrections",
-            self.corrections as f64,
-            "1",
-            "corrections by Newton's method",
-        );
-        number(
-            "contraction",
-            self.contraction,
-            "1",
-            "the last correction over the one before",
-        );
+        }
         group.attribute("period_decimal", self.period.decimal.as_str());
-        group.dimension("exact_event", self.events.len(), "number of the event");
-        let times = self.events.iter().map(|event| event.0.value);
-        group.over(
-            &["exact_event"],
-            FileColumn::numbers("exact_time", "s", "time of the event, rounded to a double", times),
-        );
-        let errors = self.events.iter().map(|event| event.0.error);
-        let about = "how far the decimal of the time can be off";
-        group.over(
-            &["exact_event"],
-            FileColumn::numbers("exact_uncertainty", "s", about, errors),
-        );
-        let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
-        let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
+        let uncertainty = "how far the decimal of the time can be off";
+        let rows = FileRows::of(&self.events)
+            .numbers("exact_time", "s", "time of the event, rounded to a double", |event| {
+                event.time.value
+            })
+            .numbers("exact_uncertainty", "s", uncertainty, |event| event.time.error);
+        group.rows("exact_event", "number of the event", rows);
+        let decimals: Vec<&str> = self.events.iter().map(|event| event.time.decimal.as_str()).collect();
+        let kinds: Vec<&str> = self.events.iter().map(|event| event.kind).collect();
         group.text(
             "kinds",
             "what happens at the events, one in each line",

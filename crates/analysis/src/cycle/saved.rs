@@ -7,13 +7,19 @@ use super::find::motion;
 use super::find::{closed, in_slip, to_slip};
 use super::orbit::{MultiplierKind, Orbit};
 use nalgebra::DVector;
+use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
-use stickslip_files::{Addition, FileColumn, Reason, ResultError, ResultFile, quantity, schema::group};
+use stickslip_files::{Addition, FileRows, Reason, ResultError, ResultFile, quantity, schema::group};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
 
 const SAMPLES: f64 = 1000.0;
+
+const MULTIPLE: &str = "periods of the drives in it; NaN of an autonomous motion";
+const MARGIN: &str = "relative distance of the nearest other sequence of events; NaN: none is near";
+const MULTIPLIER_KIND: &str =
+    "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick";
 
 impl Orbit {
     /// Case of one period of the motion. It starts at phase zero of the case's drives; for an autonomous motion, in
@@ -76,96 +82,81 @@ impl Orbit {
         }
     }
 
+    /// The motion with its times as in the file of [`Self::case`], which starts at phase zero of the drives.
+    pub fn in_file(&self, case: &Case) -> Orbit {
+        let shift = self
+            .multiple
+            .map_or(0.0, |multiple| self.time - self.period / f64::from(multiple));
+        let in_file = |time: f64| (time + shift).rem_euclid(case.output.end_time);
+        let mut orbit = self.clone();
+        orbit
+            .events
+            .iter_mut()
+            .for_each(|event| event.time = in_file(event.time));
+        orbit.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        orbit
+            .nearest
+            .iter_mut()
+            .for_each(|nearest| nearest.time = in_file(nearest.time));
+        orbit
+    }
+
     /// Group /cycle in the file of a period.
     pub fn additions(&self, family: &Family, source: &str, overrides: &[String]) -> Vec<Addition> {
-        let case = family.case();
-        let angle = case
-            .motion()
-            .dimension(stickslip_case::quantity::Dimension::Angle)
-            .unit();
-        let speed = case
-            .motion()
-            .dimension(stickslip_case::quantity::Dimension::AngularVelocity)
-            .unit();
+        let motion = family.case().motion();
+        let angle = motion.dimension(Dimension::Angle).unit();
+        let speed = motion.dimension(Dimension::AngularVelocity).unit();
+        let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let margin = known(self.nearest.map(|nearest| nearest.distance));
         let mut cycle = Addition::new(group::CYCLE);
-        let mut number = |name: &str, value: f64, units: &str, long_name: &str| {
+        for (name, value, units, long_name) in [
+            ("period", self.period, "s", "period of the motion"),
+            (
+                "error",
+                self.error,
+                "1",
+                "last step of Newton's method, over the size of each component",
+            ),
+            ("multiple", known(self.multiple.map(f64::from)), "1", MULTIPLE),
+            ("amplitude", self.amplitude, angle, "half of what the position sweeps"),
+            ("least_position", self.position.0, angle, "least position"),
+            ("largest_position", self.position.1, angle, "largest position"),
+            (
+                "least_relative_velocity",
+                self.relative_velocity.0,
+                speed,
+                "least omega_r",
+            ),
+            (
+                "largest_relative_velocity",
+                self.relative_velocity.1,
+                speed,
+                "largest omega_r",
+            ),
+            ("sticks", self.sticks as f64, "1", "sticks in a period"),
+            (
+                "shortest_stick",
+                known(self.shortest_stick),
+                "s",
+                "duration of the shortest stick; NaN: none",
+            ),
+            ("margin", margin, "1", MARGIN),
+        ] {
             cycle.attributes.extend(quantity(name, value, units, long_name));
-        };
-        number("period", self.period, "s", "period of the motion");
-        number(
-            "error",
-            self.error,
-            "1",
-            "last step of Newton's method, over the size of each component",
-        );
-        let multiple = self.multiple.map_or(f64::NAN, f64::from);
-        number(
-            "multiple",
-            multiple,
-            "1",
-            "periods of the drives in it; NaN of an autonomous motion",
-        );
-        number("amplitude", self.amplitude(), angle, "half of what the position sweeps");
-        number("least_position", self.position.0, angle, "least position");
-        number("largest_position", self.position.1, angle, "largest position");
-        number(
-            "least_relative_velocity",
-            self.relative_velocity.0,
-            speed,
-            "least omega_r",
-        );
-        number(
-            "largest_relative_velocity",
-            self.relative_velocity.1,
-            speed,
-            "largest omega_r",
-        );
-        number("sticks", self.sticks as f64, "1", "sticks in a period");
-        let stick = |which: fn((f64, f64)) -> f64| self.stick_durations.map_or(f64::NAN, which);
-        number(
-            "shortest_stick",
-            stick(|both| both.0),
-            "s",
-            "duration of the shortest stick; NaN: none",
-        );
-        let nearest = self.nearest;
-        let distance = nearest.map_or(f64::NAN, |nearest| nearest.distance);
-        let about = "relative distance of the nearest other sequence of events; NaN: none is near";
-        number("margin", distance, "1", about);
-        cycle.attribute("border", nearest.map_or("none", |nearest| nearest.border.name()));
+        }
+        cycle.attribute("border", self.nearest.map_or("none", |nearest| nearest.border.name()));
         cycle.attribute("stability", self.stability.name());
         cycle.attribute("sequence", self.sequence().as_str());
-        cycle.dimension(
-            "multiplier",
-            self.multipliers.len(),
-            "number of the multiplier, the largest first",
-        );
-        let over = |name: &str, long_name: &str, of: fn(&super::Multiplier) -> f64| {
-            FileColumn::numbers(name, "1", long_name, self.multipliers.iter().map(of))
-        };
-        cycle.over(
-            &["multiplier"],
-            over("multiplier_real", "real part of the multiplier", |one| one.real),
-        );
-        let imaginary = "imaginary part of the multiplier";
-        cycle.over(
-            &["multiplier"],
-            over("multiplier_imaginary", imaginary, |one| one.imaginary),
-        );
-        let words = MultiplierKind::ALL
-            .iter()
-            .map(|kind| (*kind as i64, kind.name().to_owned()));
-        let codes = self.multipliers.iter().map(|one| one.kind as i8);
-        let about = "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick";
-        cycle.over(
-            &["multiplier"],
-            FileColumn::codes("multiplier_kind", about, codes, words.collect()),
-        );
-        cycle.text(
-            "source",
-            "the case whose motion this is, as it was given (TOML)",
-            source.to_owned(),
-        );
+        let kinds = MultiplierKind::ALL.map(|kind| (kind as i64, kind.name().to_owned()));
+        let rows = FileRows::of(&self.multipliers)
+            .numbers("multiplier_real", "1", "real part of the multiplier", |one| one.real)
+            .numbers("multiplier_imaginary", "1", "imaginary part of the multiplier", |one| {
+                one.imaginary
+            })
+            .codes("multiplier_kind", MULTIPLIER_KIND, &kinds, |one| one.kind as i8);
+        cycle.rows("multiplier", "number of the multiplier, the largest first", rows);
+        let about = "the case whose motion this is, as it was given (TOML)";
+        cycle.text("source", about, source.to_owned());
         let set = overrides.join("\n");
         cycle.text("overrides", "what was set in it, KEY=VALUE in each line", set);
         vec![cycle]
