@@ -96,7 +96,7 @@ pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView};
 pub use reader::{AddedGroup, Matrix, ResultFile};
 pub use source::{TableReader, follow_external, probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 pub use stick_slip::{Extra, StickSlipTable};
-pub use study::{StudyFile, StudyHeader, StudyTable};
+pub use study::{ShapedColumn, StudyFile, StudyHeader, StudyTable};
 pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
 pub use sweep::{MergeError, MergeOptions, MergeReport, Partition, SweepLayout, merge};
 pub use target::{Overwrite, Reservation, check_target, partial_path};

@@ -16,6 +16,9 @@ use super::{AttributeValue, Reason, ResultError, Status, schema};
 pub(super) const DIGEST: &str = "study_digest";
 pub(super) const INPUT_STUDY: &str = "study";
 
+/// Column of any number of dimensions: its variable, its shape, and its values with the last dimension fastest.
+pub type ShapedColumn = (Variable, Vec<usize>, Vec<f64>);
+
 /// Table of a study's file: schema, rows with a number for each variable, and attributes of the group.
 pub type StudyTable = (TableSchema, Vec<Vec<f64>>, Vec<(String, AttributeValue)>);
 
@@ -218,8 +221,8 @@ impl StudyFile {
         self.source.table(group)
     }
 
-    /// Every variable of a group with its shape and its values, the last dimension fastest. Fails if one is unreadable.
-    pub fn columns(&self, group: &str) -> Result<Vec<(Variable, Vec<usize>, Vec<f64>)>, ResultError> {
+    /// Every variable of a group. Fails if one is unreadable.
+    pub fn columns(&self, group: &str) -> Result<Vec<ShapedColumn>, ResultError> {
         let mut found = Vec::new();
         for member in self.source.members(group)? {
             let path = format!("{group}/{}", member.name);

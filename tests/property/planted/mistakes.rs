@@ -572,8 +572,18 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             let other = at + period * one_of(random, &[-1.5, -0.5, 0.1, 0.5, 2.0]);
             let mut changed = case.clone();
             changed.kicks[0].time = KickTime::At(other);
+            let mut unkicked = case.clone();
+            unkicked.kicks.clear();
             solver = of_other(&solver, changed);
             start = None;
+            // In a stick that can take it a kick does nothing, at whatever time.
+            let [kicked, unkicked] = [solver.clone(), of_other(&solver, unkicked)]
+                .map(|solver| Some(solve(system, &solver, None, &file)?.events));
+            let (kicked, unkicked) = (kicked?, unkicked?);
+            let mut pairs = kicked.iter().zip(&unkicked);
+            if kicked.len() == unkicked.len() && pairs.all(|(one, other)| (one.0 - other.0).abs() < 1e-9) {
+                return None;
+            }
             allowed = Allowed::number("perturbation.0.time", other, at);
             allowed.causes = vec!["another-kick"];
             allowed.value = Some(("comes at ", other, 0.02 * (other - at).abs()));
@@ -707,6 +717,15 @@ fn filed(
                 return None;
             }
             let (one, other) = *pick(random, from);
+            let (_, columns) = written::table(system, solver, &solve(system, solver, None, file)?, file);
+            // Two columns that are each other's negative only change their signs.
+            if columns[one]
+                .iter()
+                .zip(&columns[other])
+                .all(|(one, other)| *one == -other)
+            {
+                return None;
+            }
             (
                 Filing::Swapped(one, other),
                 "swapped-columns",

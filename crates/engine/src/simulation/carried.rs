@@ -677,7 +677,7 @@ impl Rules<SystemDynamics> for CarryingRules {
             Some(fired),
             |carried, column, flow| {
                 let slope = |change| carried.guard_slope(location, (t, y), change, guard);
-                let by_number = column.sum(|moved| Some(guard_of(&*moved.dynamics, location, (t, y), guard)));
+                let by_number = column.sum(|moved| Some(guard_of(&moved.dynamics, location, (t, y), guard)));
                 let change = slope((0.0, &column.slope)) + by_number;
                 // A constant guard fires at the start of its segment. The time of a graze has no derivative.
                 if change == 0.0 {
