@@ -42,6 +42,8 @@ pub mod cli;
 pub mod export;
 #[cfg(feature = "plot")]
 pub mod plot;
+#[cfg(feature = "cli")]
+mod report;
 
 pub use stickslip_analysis::{analysis, calibrate, continuation, cycle, provenance, sweep};
 pub use stickslip_case as case;

@@ -1,12 +1,35 @@
 //! `stickslip case`: the text of a case, and the keys of cases.
 
 use super::arguments::{CaseOptions, Common};
-use super::{CommandEnd, CommandError, builtins, print, print_json, terminal};
+use super::builtins::{self, ListedCase};
+use super::{CommandEnd, CommandError, print, print_json, show};
+use crate::report::{Page, PageTable, Report};
+use serde::Serialize;
 use stickslip_analysis::analysis::work_precision;
 use stickslip_analysis::calibrate::CALIBRATIONS;
 use stickslip_analysis::continuation::CONTINUATIONS;
 use stickslip_analysis::sweep::STUDIES;
 use stickslip_case::{CaseSource, Origin};
+
+#[derive(Serialize)]
+struct CaseText<'a> {
+    name: &'a str,
+    text: &'a str,
+}
+
+/// Built-in cases and studies.
+impl Report for Vec<ListedCase> {
+    fn page(&self) -> Page {
+        let table = PageTable::of(self)
+            .text("name", |case| case.name)
+            .text("for stickslip", |case| case.command)
+            .text("title", |case| case.title.clone())
+            .done();
+        Page::default()
+            .with(table)
+            .with("`stickslip case NAME` prints the text of a case or a study, to start from")
+    }
+}
 
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     if let Some(name) = &options.name {
@@ -23,22 +46,13 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd,
             None => CaseSource::built_in(name)?,
         };
         if common.json {
-            print_json(&serde_json::json!({ "name": name, "text": source.text }))?;
+            let text = &source.text;
+            print_json(&CaseText { name, text })?;
         } else {
             print(&source.text)?;
         }
         return Ok(CommandEnd::Done);
     }
-    let listed = builtins::listed()?;
-    if common.json {
-        print_json(&listed)?;
-    } else {
-        let rows = listed
-            .iter()
-            .map(|case| [case.name, case.command, &case.title].map(str::to_owned).to_vec());
-        let table = terminal::lines(&["name", "for stickslip", "title"], rows, []);
-        let hint = "`stickslip case NAME` prints the text of a case or a study, to start from";
-        print(&format!("{table}\n{hint}\n"))?;
-    }
+    show(common, &builtins::listed()?)?;
     Ok(CommandEnd::Done)
 }

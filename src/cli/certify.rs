@@ -4,10 +4,7 @@ use super::arguments::{CertifyOptions, Common, FigureFormat};
 use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, overwrite};
 use super::plot::{self, figure_target};
 use super::progress::{Bar, BarKind};
-use super::{
-    CommandEnd, CommandError, certify_report, complain, interrupted, print, print_json, strictly, wants_json,
-    wants_text,
-};
+use super::{CommandEnd, CommandError, complain, interrupted, strictly, tell};
 use crate::plot::onset;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,7 +14,7 @@ use stickslip_analysis::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use stickslip_analysis::analysis::bands::{Compared, columns, compared_output};
 use stickslip_analysis::analysis::certificate::{Certificate, CertifyError, Verdict};
 use stickslip_analysis::analysis::stability::onset::{Onset, onsets};
-use stickslip_analysis::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
+use stickslip_analysis::analysis::{Certified, Certify, CertifyReport, Deadline, SavedRun, Stage, Warning, Written};
 use stickslip_case::{Case, CaseSource, Origin};
 use stickslip_files::{ResultError, ResultFile, Status, check_target, write_certified};
 use stickslip_oracle::{self as oracle, OracleError};
@@ -94,8 +91,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         Err(_) if stopped() => return interrupted("during the ladder of independent runs", nothing),
         Err(error) => return Err(error),
     };
-    let tables = certify_report::tables(case, &certified);
-    write_certified(&result.path, &target, overwrite(options.force), &tables)?;
+    let additions = certified.additions(case);
+    write_certified(&result.path, &target, overwrite(options.force), &additions)?;
     drop(result.scratch);
     let certificate = &certified.certificate;
     if let Some(stage) = certified.interrupted {
@@ -115,21 +112,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     };
     let late = matches!(drawn, Some(None));
     let onsets = drawn.flatten().unwrap_or_default();
-    let report = certify_report::Report {
-        source: given.source.label(),
-        case,
-        certified: &certified,
-        file: target.display().to_string(),
-        figure: drawing.filter(|_| !late).map(|(path, _)| path.display().to_string()),
-        onsets: &onsets,
-        seconds: clock.elapsed().as_secs_f64(),
-    };
-    if wants_json(common) {
-        print_json(&report.document())?;
-    }
-    if wants_text(common) {
-        print(&report.text())?;
-    }
+    let mut report = CertifyReport::new(case, &certified, given.source.label(), target.display().to_string());
+    report.figure = drawing.filter(|_| !late).map(|(path, _)| path.display().to_string());
+    report.onsets = &onsets;
+    report.seconds = clock.elapsed().as_secs_f64();
+    tell(common, &report)?;
     let by_ladder = certificate.without_oracle.as_ref();
     let by_ladder = by_ladder.map(|why| format!("the uncertainties are those of the ladder alone: {why}"));
     if !common.quiet {

@@ -3,14 +3,14 @@
 use super::arguments::{CertifyOptions, Common};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, output_of, overwrite};
-use super::{CommandEnd, CommandError, interrupted, tell, terminal};
+use super::{CommandEnd, CommandError, interrupted, tell};
+use crate::report::CycleCertificateReport;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use stickslip_analysis::cycle::{CycleError, CycleFileError, Enclosed, NotCertified, certify as by_oracle, from_file};
+use stickslip_analysis::cycle::{CycleError, CycleFileError, NotCertified, certify as by_oracle, from_file};
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::{ResultFile, check_target, schema::group, write_certified};
 use stickslip_oracle::{self as oracle, OracleError};
-use stickslip_system::quote::bound;
 
 const DIGITS: u32 = 25;
 
@@ -69,39 +69,12 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         other => other.map_err(CommandError::computation)?,
     };
     write_certified(path, &target, overwrite(options.force), &certificate.additions())?;
-    let number = |one: &Enclosed| document! { value: one.value, decimal: one.decimal.clone(), uncertainty: one.error };
-    let document = || {
-        document! {
-            status: "complete",
-            file: target.display().to_string(),
-            title: &family.case().title,
-            digits_computed: certificate.digits_computed,
-            corrections: certificate.corrections,
-            contraction: certificate.contraction,
-            period: number(&certificate.period),
-            events: certificate.events.iter().map(|(time, kind)| document! {
-                kind: *kind,
-                time: number(time),
-            }).collect::<Vec<_>>(),
-        }
+    let report = CycleCertificateReport {
+        status: "complete",
+        file: target.display().to_string(),
+        title: &family.case().title,
+        certificate: &certificate,
     };
-    tell(common, document, || {
-        let mut rows = vec![vec![
-            "period".to_owned(),
-            certificate.period.decimal.clone(),
-            bound(certificate.period.error, 1),
-        ]];
-        let events = certificate.events.iter();
-        rows.extend(events.map(|(time, kind)| vec![(*kind).to_owned(), time.decimal.clone(), bound(time.error, 1)]));
-        format!(
-            "{}: the cycle is certified\n\n{}\nexact solver with {} digits; {} corrections, the last one {:.0e} of the one before\n{}\n",
-            family.case().title,
-            terminal::lines(&["", "s", "uncertainty, s"], rows, []),
-            certificate.digits_computed,
-            certificate.corrections,
-            certificate.contraction,
-            target.display()
-        )
-    })?;
+    tell(common, &report)?;
     Ok(CommandEnd::Done)
 }

@@ -2,7 +2,7 @@
 
 use super::arguments::{CheckOptions, Common};
 use super::{CommandEnd, CommandError, tell};
-use stickslip_files::{CheckReport, Reason, check as check_file};
+use stickslip_files::{Reason, check as check_file};
 
 pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let path = options.file.display();
@@ -11,7 +11,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<CommandEn
         Reason::Damaged(_) | Reason::BeyondLimits(_) => CommandError::computation(error),
         _ => error.into(),
     })?;
-    tell(common, || &report, || words(&report))?;
+    tell(common, &report)?;
     let problems = match report.problems.len() {
         0 => return Ok(CommandEnd::Done),
         1 => "1 problem".to_owned(),
@@ -19,25 +19,4 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<CommandEn
     };
     let text = format!("{path}: {problems}; copy it again, or repeat the run");
     Err(CommandError::computation(text))
-}
-
-fn words(report: &CheckReport) -> String {
-    let mut text = String::new();
-    for problem in &report.problems {
-        text += &format!("{problem}\n");
-    }
-    if report.problems.is_empty() {
-        let sums = match report.sealed {
-            true => "all checksums agree",
-            false => "the checksums of its chunks agree, but there is none of all bytes (docs/limits.md)",
-        };
-        text += &format!(
-            "{}: {}, {}; {} variables read, {sums}\n",
-            report.file.display(),
-            report.format,
-            report.status,
-            report.variables
-        );
-    }
-    text
 }

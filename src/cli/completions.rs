@@ -6,6 +6,7 @@ use super::{CommandEnd, CommandError, print, print_json};
 use clap::CommandFactory;
 use clap_complete::CompleteEnv;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
+use serde::Serialize;
 
 const ASKED: &str = "STICKSLIP_COMPLETE";
 const NAME: &str = "stickslip";
@@ -25,6 +26,12 @@ pub fn complete_if_asked() {
         .complete();
 }
 
+#[derive(Serialize)]
+struct Completion<'a> {
+    script: &'a str,
+    shell: &'static str,
+}
+
 pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let (shell, last): (&dyn EnvCompleter, &str) = match options.shell {
         Shell::Bash => (&Bash, ""),
@@ -37,7 +44,8 @@ pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Resu
         .map_err(|error| CommandError::computation(format!("writing the script failed: {error}")))?;
     let script = String::from_utf8_lossy(&script).trim_start().to_owned() + last;
     if common.json {
-        print_json(&serde_json::json!({ "shell": shell.name(), "script": script }))?;
+        let shell = shell.name();
+        print_json(&Completion { script: &script, shell })?;
     } else {
         print(&script)?;
     }

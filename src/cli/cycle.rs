@@ -2,16 +2,15 @@
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
-use super::{CommandEnd, CommandError, interrupted, print, print_json, terminal, wants_json, wants_text};
+use super::{CommandEnd, CommandError, interrupted, tell};
+use crate::report::CycleReport;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 use stickslip_analysis::analysis::{Deadline, SavedRun};
 use stickslip_analysis::continuation::{Special, Stored};
-use stickslip_analysis::cycle::{
-    CycleError, CycleSearch, Family, From, Multiplier, MultiplierKind, Orbit, find, refine,
-};
-use stickslip_case::{CaseSource, Motion, WrittenCase};
+use stickslip_analysis::cycle::{CycleError, CycleSearch, Family, From, find, refine};
+use stickslip_case::{CaseSource, WrittenCase};
 use stickslip_files::{check_sound, is_hdf5};
 
 enum CycleTask {
@@ -159,49 +158,15 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     if let Some(failure) = &saved.run.failure {
         return Err(CommandError::computation(failure));
     }
-    let file = saved.file.display().to_string();
-    let event = |event: &stickslip_analysis::cycle::OrbitEvent| {
-        document! { time: event.time, kind: event.kind, mode_after: event.mode_after }
+    let report = CycleReport {
+        status: "complete",
+        file: saved.file.display().to_string(),
+        case: given.source.label(),
+        title: &family.case().title,
+        motion: family.case().motion(),
+        orbit: orbit.in_file(&case),
     };
-    let multiplier = |one: &Multiplier| document! { real: one.real, imaginary: one.imaginary, kind: one.kind.name() };
-    let document = || {
-        document! {
-            status: "complete",
-            file: &file,
-            case: given.source.label(),
-            title: &family.case().title,
-            // s.
-            period: orbit.period,
-            // Relative.
-            error: orbit.error,
-            iterations: orbit.iterations,
-            amplitude: orbit.amplitude(),
-            position: [orbit.position.0, orbit.position.1],
-            relative_velocity: [orbit.relative_velocity.0, orbit.relative_velocity.1],
-            sticks: orbit.sticks,
-            stability: orbit.stability.name(),
-            multipliers: orbit.multipliers.iter().map(multiplier).collect::<Vec<_>>(),
-            // Times since the start of the file, s.
-            events: in_file(&orbit, &case).iter().map(event).collect::<Vec<_>>();
-            optional:
-            // Number of drive periods.
-            multiple: orbit.multiple,
-            // s.
-            shortest_stick: orbit.stick_durations.map(|both| both.0),
-            longest_stick: orbit.stick_durations.map(|both| both.1),
-            nearest: orbit.nearest.map(|nearest| document! {
-                border: nearest.border.name(),
-                distance: nearest.distance,
-                time: time_in_file(&orbit, &case, nearest.time),
-            }),
-        }
-    };
-    if wants_json(common) {
-        print_json(&document())?;
-    }
-    if wants_text(common) {
-        print(&report(&family, &orbit, &case, &file))?;
-    }
+    tell(common, &report)?;
     Ok(CommandEnd::Done)
 }
 
@@ -211,114 +176,4 @@ pub(super) fn cycle_error(error: &CycleError) -> CommandError {
         CycleError::NotPeriodic(_) | CycleError::NoCase(_) => CommandError::input(error),
         _ => CommandError::computation(error),
     }
-}
-
-/// Converts a time (s) since the start of the cycle to that in the file, which starts at the drives' phase zero.
-fn time_in_file(orbit: &Orbit, case: &stickslip_case::Case, time: f64) -> f64 {
-    let shift = match orbit.multiple {
-        Some(multiple) => orbit.time - orbit.period / f64::from(multiple),
-        None => 0.0,
-    };
-    (time + shift).rem_euclid(case.output.end_time)
-}
-
-fn in_file(orbit: &Orbit, case: &stickslip_case::Case) -> Vec<stickslip_analysis::cycle::OrbitEvent> {
-    let mut events = orbit.events.clone();
-    for event in &mut events {
-        event.time = time_in_file(orbit, case, event.time);
-    }
-    events.sort_by(|a, b| a.time.total_cmp(&b.time));
-    events
-}
-
-/// Avoids "-0.000000000000".
-fn plain(value: f64) -> f64 {
-    if value.abs() < 5e-13 { 0.0 } else { value }
-}
-
-fn words(one: &Multiplier) -> String {
-    let value = match one.imaginary {
-        0.0 => format!("{:.12}", plain(one.real)),
-        imaginary => format!(
-            "{:.12} {} {:.12} i",
-            one.real,
-            if imaginary < 0.0 { '-' } else { '+' },
-            imaginary.abs()
-        ),
-    };
-    match one.kind {
-        MultiplierKind::Free => value,
-        MultiplierKind::Along => "1 (along the motion)".to_owned(),
-        MultiplierKind::Stick => "0 (exactly: a stick)".to_owned(),
-    }
-}
-
-fn report(family: &Family, orbit: &Orbit, case: &stickslip_case::Case, file: &str) -> String {
-    let [angle, speed] = match family.case().motion() {
-        Motion::Rotation => ["rad", "rad/s"],
-        Motion::Translation => ["m", "m/s"],
-    };
-    let mut rows = vec![
-        (
-            "period",
-            format!(
-                "{:.15} s{}",
-                orbit.period,
-                match orbit.multiple {
-                    Some(1) => ", that of the drive".to_owned(),
-                    Some(multiple) => format!(", {multiple} periods of the drive"),
-                    None => String::new(),
-                }
-            ),
-        ),
-        ("stability", orbit.stability.name().to_owned()),
-    ];
-    for (index, one) in orbit.multipliers.iter().enumerate() {
-        rows.push((if index == 0 { "multipliers" } else { "" }, words(one)));
-    }
-    if orbit.position.1 >= orbit.position.0 {
-        rows.push(("amplitude", format!("{:.14} {angle}", orbit.amplitude())));
-        rows.push((
-            "position",
-            format!("{:.14} to {:.14} {angle}", orbit.position.0, orbit.position.1),
-        ));
-    }
-    let (least, largest) = (plain(orbit.relative_velocity.0), plain(orbit.relative_velocity.1));
-    if largest >= least {
-        rows.push(("relative velocity", format!("{least:.12} to {largest:.12} {speed}")));
-    }
-    let events = in_file(orbit, case);
-    for (index, event) in events.iter().enumerate() {
-        let name = if index == 0 { "events" } else { "" };
-        rows.push((name, format!("{:.15} s {}", event.time, event.kind)));
-    }
-    if events.is_empty() {
-        rows.push(("events", "none".to_owned()));
-    }
-    if let Some((shortest, longest)) = orbit.stick_durations {
-        rows.push(("sticks", format!("{}, {shortest:.9} to {longest:.9} s", orbit.sticks)));
-    }
-    if let Some(nearest) = orbit.nearest {
-        rows.push((
-            "nearest change",
-            format!(
-                "{:.6e} (relative) at {:.6} s, to: {}",
-                nearest.distance,
-                time_in_file(orbit, case, nearest.time),
-                nearest.border.words()
-            ),
-        ));
-    }
-    rows.push((
-        "Newton's method",
-        format!(
-            "{} iterations, the last step {:.1e} of the motion's size",
-            orbit.iterations, orbit.error
-        ),
-    ));
-    format!(
-        "{}: periodic motion\n\n{}\n{file}\n",
-        family.case().title,
-        terminal::pairs(rows)
-    )
 }

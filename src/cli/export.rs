@@ -5,6 +5,8 @@ use super::input::interrupt_flag;
 use super::reference::open_reference;
 use super::{CommandEnd, CommandError, complain, interrupted, tell};
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
+use crate::report::{FilesReport, Page, Report};
+use serde::Serialize;
 use std::io;
 use std::path::Path;
 use stickslip_files::schema::{StorageKind, Variable};
@@ -60,36 +62,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
     found.save(&options.output, format, &inputs, options.force)?;
-    let left_out = &found.left_out;
-    let column = |column: &Variable| {
-        document! {
-            name: column.name.clone(),
-            units: column.units.clone(),
-            long_name: column.long_name.clone(),
-            kind: match column.kind {
-                StorageKind::Float64 => "number",
-                StorageKind::Int32 | StorageKind::Int64 => "whole",
-                StorageKind::Int8 => "code",
-            };
-            optional:
-            meanings: Some(column.flags.clone()).filter(|words| !words.is_empty()),
-        }
-    };
-    let document = || {
-        document! {
-            file: options.output.display().to_string(),
-            format: format.name(),
-            table: &found.table.name,
-            rows: found.table.rows,
-            columns: found.table.columns.iter().map(column).collect::<Vec<_>>();
-            optional:
-            // Method that computed values between the samples.
-            evaluated: found.origin.evaluated.as_deref(),
-            // Columns that exist only at the samples.
-            left_out: Some(left_out).filter(|left_out| !left_out.is_empty()),
-        }
-    };
-    tell(common, document, || report(&found, &options.output))?;
+    tell(common, &ExportReport::new(&found, &options.output, format))?;
     Ok(CommandEnd::Done)
 }
 
@@ -121,21 +94,71 @@ fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError
     })
 }
 
-fn report(found: &Export<'_>, path: &Path) -> String {
-    let table = &found.table;
-    let mut text = format!(
-        "{} rows, {} columns of /{}",
-        table.rows,
-        table.columns.len(),
-        table.name
-    );
-    if let Some(how) = &found.origin.evaluated {
-        text.push_str(&format!(", {how}"));
+#[derive(Serialize)]
+struct ExportColumn<'a> {
+    name: &'a str,
+    units: &'a str,
+    long_name: &'a str,
+    /// "number", "whole" or "code".
+    kind: &'static str,
+    /// Meanings of codes.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    meanings: &'a [(i64, String)],
+}
+
+impl<'a> From<&'a Variable> for ExportColumn<'a> {
+    fn from(variable: &'a Variable) -> Self {
+        ExportColumn {
+            name: &variable.name,
+            units: &variable.units,
+            long_name: &variable.long_name,
+            kind: match variable.kind {
+                StorageKind::Float64 => "number",
+                StorageKind::Int32 | StorageKind::Int64 => "whole",
+                StorageKind::Int8 => "code",
+            },
+            meanings: &variable.flags,
+        }
     }
-    if !found.left_out.is_empty() {
-        text.push_str(&format!("\n{}", without(&found.left_out)));
+}
+
+#[derive(Serialize)]
+struct ExportReport<'a> {
+    file: String,
+    format: &'static str,
+    table: &'a str,
+    rows: usize,
+    columns: Vec<ExportColumn<'a>>,
+    /// Method that computed values between the samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    evaluated: Option<&'a str>,
+    /// Columns that exist only at the samples.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    left_out: &'a [String],
+}
+
+impl<'a> ExportReport<'a> {
+    fn new(found: &'a Export<'_>, path: &Path, format: Format) -> Self {
+        ExportReport {
+            file: path.display().to_string(),
+            format: format.name(),
+            table: &found.table.name,
+            rows: found.table.rows,
+            columns: found.table.columns.iter().map(ExportColumn::from).collect(),
+            evaluated: found.origin.evaluated.as_deref(),
+            left_out: &found.left_out,
+        }
     }
-    format!("{text}\n\n{}\n", path.display())
+}
+
+impl Report for ExportReport<'_> {
+    fn page(&self) -> Page {
+        let how = self.evaluated.map(|how| format!(", {how}")).unwrap_or_default();
+        let (rows, columns, table) = (self.rows, self.columns.len(), self.table);
+        let left_out = Some(self.left_out).filter(|left_out| !left_out.is_empty());
+        let left_out = left_out.map(without).unwrap_or_default();
+        Page::new(format!("{rows} rows, {columns} columns of /{table}{how}"), left_out).with(&*self.file)
+    }
 }
 
 fn without(left_out: &[String]) -> String {
@@ -178,14 +201,10 @@ fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Comma
     let Some(written) = benchmark::write(&options.file, &options.output, &terms, options.force, &stop)? else {
         return interrupted(common, "; no package was written");
     };
-    let folder = options.output.display().to_string();
-    tell(
-        common,
-        || serde_json::json!({ "folder": folder, "files": written }),
-        || {
-            let paths = written.iter().map(|name| options.output.join(name));
-            paths.map(|path| format!("{}\n", path.display())).collect()
-        },
-    )?;
+    let report = FilesReport {
+        folder: Some(&options.output),
+        files: &written,
+    };
+    tell(common, &report)?;
     Ok(CommandEnd::Done)
 }

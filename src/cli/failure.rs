@@ -28,14 +28,33 @@ pub struct FailurePlace {
     message: Option<String>,
 }
 
+#[derive(Serialize)]
+struct FailureDocument<'a> {
+    error: FailedCommand<'a>,
+}
+
+#[derive(Serialize)]
+struct FailedCommand<'a> {
+    /// usage, input, computation or interrupted.
+    kind: &'a str,
+    message: &'a str,
+    exit_status: u8,
+    /// May be empty.
+    places: &'a [FailurePlace],
+}
+
 pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[FailurePlace]) {
     if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
         return;
     }
-    // Kinds are usage, input, computation and interrupted. `places` may be empty.
-    let error = document! { kind: kind, message: message, exit_status: exit_status, places: places };
+    let error = FailedCommand {
+        kind,
+        message,
+        exit_status,
+        places,
+    };
     // If standard output fails, the message is still on standard error.
-    let _ = print_json(&document! { error: error });
+    let _ = print_json(&FailureDocument { error });
 }
 
 impl From<CaseError> for CommandError {

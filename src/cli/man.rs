@@ -2,6 +2,7 @@
 
 use super::arguments::{Arguments, Common, ManOptions};
 use super::{CommandEnd, CommandError, tell};
+use crate::report::FilesReport;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use std::io;
@@ -17,8 +18,13 @@ pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, C
             path.display()
         ))
     })?;
-    let lines = || written.iter().map(|path| format!("{}\n", path.display())).collect();
-    tell(common, || serde_json::json!({ "files": written }), lines)?;
+    tell(
+        common,
+        &FilesReport {
+            folder: None,
+            files: &written,
+        },
+    )?;
     Ok(CommandEnd::Done)
 }
 

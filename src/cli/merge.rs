@@ -16,24 +16,7 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
         replace: options.force,
     })
     .map_err(|error| command_error(&error))?;
-    let document = || {
-        document! {
-            file: report.file.display().to_string(),
-            digest: &report.digest,
-            shards: report.shards,
-            points: report.points,
-            failed: report.failed,
-        }
-    };
-    tell(common, document, || {
-        let failed = match report.failed {
-            0 => String::new(),
-            failed => format!(" ({failed} failed)"),
-        };
-        let (points, shards) = (report.points, report.shards);
-        let file = report.file.display();
-        format!("{points} points{failed} of {shards} shards\n{file}\n")
-    })?;
+    tell(common, &report)?;
     if report.failed == report.points {
         return Err(CommandError::computation(format!(
             "all {} points failed. The messages are in /failures of {}",

@@ -3,28 +3,12 @@
 //! | module | contents |
 //! |---|---|
 //! | `arguments`, `candidates`, `builtins` | options; words that a shell completes; built-in cases and studies |
-//! | `run`, `certify`, `certify_report`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or assess a result |
+//! | `run`, `certify`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or assess a result |
 //! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
 //! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
 //! | `completions`, `man` | completions and manual pages |
-//! | `input`, `terminal`, `progress`, `failure` | common parts of commands |
+//! | `input`, `progress`, `failure` | common parts of commands; what they say is in `report` |
 //! | `capture`, `captured` | a command inside another program |
-#![expect(
-    non_camel_case_types,
-    reason = "the type of a value of a `document!` is called as its key"
-)]
-
-/// Builds a JSON document with these keys in order; `optional` keys without a value are omitted.
-macro_rules! document {
-    ($($key:ident: $value:expr),+ $(; optional: $($other:ident: $option:expr),+)? $(,)?) => {{
-        #[derive(serde::Serialize)]
-        struct Document<$($key,)+ $($($other),+)?> {
-            $($key: $key,)+
-            $($(#[serde(skip_serializing_if = "Option::is_none")] $other: Option<$other>),+)?
-        }
-        Document { $($key: $value,)+ $($($other: $option),+)? }
-    }};
-}
 
 mod arguments;
 mod builtins;
@@ -35,7 +19,6 @@ mod captured;
 mod case_command;
 mod certify;
 mod certify_cycle;
-mod certify_report;
 mod check;
 mod compare;
 mod completions;
@@ -54,7 +37,6 @@ mod progress;
 mod reference;
 mod run;
 mod sweep;
-mod terminal;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
@@ -62,6 +44,7 @@ pub use capture::capture;
 pub use captured::{CommandHandle, Said};
 pub use completions::complete_if_asked;
 
+use crate::report::{Report, terminal};
 use arguments::{Command, Common};
 use failure::FailurePlace;
 use std::process::ExitCode;
@@ -251,33 +234,41 @@ fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
     Ok(CommandEnd::Interrupted)
 }
 
-/// Prints the JSON document or the report of a command. With --quiet and without --json it prints neither.
-fn tell<D: serde::Serialize>(
-    common: &Common,
-    document: impl FnOnce() -> D,
-    report: impl FnOnce() -> String,
-) -> Result<(), CommandError> {
-    match (common.json, common.quiet) {
-        (true, _) => print_json(&document()),
-        (false, true) => Ok(()),
-        (false, false) => print(&report()),
+/// Prints the JSON document or the text of a report; both if they are captured. With --quiet and without --json it
+/// prints neither.
+fn tell(common: &Common, report: &impl Report) -> Result<(), CommandError> {
+    if common.json || captured::now() {
+        document(report)?;
+    }
+    if captured::now() || !(common.json || common.quiet) {
+        print(&terminal(&report.page()))?;
+    }
+    Ok(())
+}
+
+/// Prints what was asked for, even with --quiet: the JSON document or the text of a report.
+fn show(common: &Common, report: &impl Report) -> Result<(), CommandError> {
+    match common.json {
+        true => document(report),
+        false => print(&terminal(&report.page())),
     }
 }
 
-fn wants_json(common: &Common) -> bool {
-    common.json || captured::now()
+fn document<R: Report>(report: &R) -> Result<(), CommandError> {
+    match R::SORTED {
+        true => print_json(&serde_json::to_value(report).map_err(unwritten)?),
+        false => print_json(report),
+    }
 }
 
-/// Whether to print the report: instead of the document, or in addition to it if both are captured.
-fn wants_text(common: &Common) -> bool {
-    captured::now() || !(common.json || common.quiet)
+fn unwritten(error: serde_json::Error) -> CommandError {
+    CommandError::computation(format!("writing JSON failed: {error}"))
 }
 
 static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
-    let text = serde_json::to_string_pretty(document)
-        .map_err(|error| CommandError::computation(format!("writing JSON failed: {error}")))?;
+    let text = serde_json::to_string_pretty(document).map_err(unwritten)?;
     if captured::document(&text) {
         return Ok(());
     }

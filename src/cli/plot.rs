@@ -4,7 +4,7 @@ use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
 use super::input::columns;
 use super::plot_studies::{self, Chosen, NotDrawn, StudyKind};
 use super::reference::open_reference;
-use super::{CommandEnd, CommandError, complain, print, print_json, tell, terminal};
+use super::{CommandEnd, CommandError, complain, show, tell};
 use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::DrawnCandidate;
@@ -14,6 +14,7 @@ use crate::plot::{
     self, Drawing, DrawnRun, Figure, Layout, PlotError, certified, own, page, portraits, signature, studies, style,
     work_precision,
 };
+use crate::report::{DistributionSummary, Page, PageTable, Report, distribution};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use stickslip_analysis::analysis::advice::capitalised;
@@ -29,6 +30,19 @@ struct WrittenFigure {
     figure: String,
     title: String,
     paper_figure: Option<u32>,
+}
+
+#[derive(Serialize)]
+struct PlotReport<'a> {
+    files: Vec<WrittenFigure>,
+    not_drawn: &'a [NotDrawn],
+    /// Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampling: Option<&'a str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    distributions: Vec<DistributionSummary<'a>>,
+    #[serde(skip)]
+    of: (&'a Chosen, &'a [PathBuf]),
 }
 
 #[derive(Serialize)]
@@ -72,20 +86,14 @@ fn finish(
     inputs: &[PathBuf],
     common: &Common,
 ) -> Result<CommandEnd, CommandError> {
-    let written = write(options, &chosen.figures, inputs)?;
-    let document = || {
-        document! {
-            files: &written,
-            not_drawn: &chosen.not_drawn;
-            optional:
-            // Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
-            sampling: chosen.sampling.as_deref(),
-            distributions: Some(&chosen.distributions)
-                .filter(|of_studies| !of_studies.is_empty())
-                .map(|of_studies| plot_studies::documents(of_studies)),
-        }
+    let report = PlotReport {
+        files: write(options, &chosen.figures, inputs)?,
+        not_drawn: &chosen.not_drawn,
+        sampling: chosen.sampling.as_deref(),
+        distributions: chosen.distributions.iter().map(DistributionSummary::new).collect(),
+        of: (chosen, &options.files),
     };
-    tell(common, document, || report(&written, chosen, &options.files))?;
+    tell(common, &report)?;
     Ok(CommandEnd::Done)
 }
 
@@ -271,8 +279,20 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
 
 fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<CommandEnd, CommandError> {
     let file = path.display().to_string();
-    tell(common, || document! { file: &file, page: page }, || format!("{file}\n"))?;
+    tell(common, &WrittenPage { file, page })?;
     Ok(CommandEnd::Done)
+}
+
+#[derive(Serialize)]
+struct WrittenPage<'a, P> {
+    file: String,
+    page: &'a P,
+}
+
+impl<P: Serialize> Report for WrittenPage<'_, P> {
+    fn page(&self) -> Page {
+        Page::new(&*self.file, "")
+    }
 }
 
 fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
@@ -280,16 +300,24 @@ fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandErr
         Some(path) => listed_of(path, options)?,
         None => all_listed(),
     };
-    if common.json {
-        print_json(&listed)?;
-        return Ok(CommandEnd::Done);
-    }
-    let rows = listed.into_iter().map(|entry| {
-        let number = entry.paper_figure.map(|n| n.to_string()).unwrap_or_default();
-        vec![entry.figure, number, entry.of.to_owned(), entry.title]
-    });
-    print(&terminal::lines(&["figure", "paper", "of", "shows"], rows, [1]))?;
+    show(common, &listed)?;
     Ok(CommandEnd::Done)
+}
+
+/// Figures of a file, or of any file.
+impl Report for Vec<ListedFigure> {
+    fn page(&self) -> Page {
+        Page::default().with(
+            PageTable::of(self)
+                .text("figure", |entry| entry.figure.clone())
+                .count("paper", |entry| {
+                    entry.paper_figure.map(|n| n.to_string()).unwrap_or_default()
+                })
+                .text("of", |entry| entry.of)
+                .text("shows", |entry| entry.title.clone())
+                .done(),
+        )
+    }
 }
 
 fn listed(name: &str, title: &str, paper_figure: Option<u32>, of: &'static str) -> ListedFigure {
@@ -573,16 +601,25 @@ fn save(path: &Path, figure: Product, drawing: &Drawing, format: FigureFormat, d
     Ok(())
 }
 
-fn report(written: &[WrittenFigure], chosen: &Chosen, files: &[PathBuf]) -> String {
-    let mut lines: String = written.iter().map(|w| format!("{}\n", w.file)).collect();
-    if !chosen.not_drawn.is_empty() {
-        lines += "\nnot drawn:\n";
+impl Report for PlotReport<'_> {
+    fn page(&self) -> Page {
+        let (chosen, inputs) = self.of;
+        let files = self.files.iter().map(|written| written.file.clone());
+        let missing = chosen
+            .not_drawn
+            .iter()
+            .map(|missing| format!("{}: {}", missing.figure, missing.why));
+        let not_drawn = (!chosen.not_drawn.is_empty()).then_some("not drawn:");
+        let remedy = chosen
+            .sampling
+            .iter()
+            .zip(inputs)
+            .map(|(sampling, path)| remedy(sampling, path));
+        let page = Page::default()
+            .below(files)
+            .with_all(not_drawn)
+            .below(missing)
+            .with_all(remedy);
+        chosen.distributions.iter().fold(page, distribution)
     }
-    for missing in &chosen.not_drawn {
-        lines += &format!("{}: {}\n", missing.figure, missing.why);
-    }
-    if let (Some(sampling), Some(path)) = (&chosen.sampling, files.first()) {
-        lines += &format!("\n{}\n", remedy(sampling, path));
-    }
-    lines + &plot_studies::report(&chosen.distributions)
 }

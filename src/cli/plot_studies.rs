@@ -1,13 +1,12 @@
 //! `stickslip plot` for files of many runs: sweeps, calibrations, work-precision studies, continuations.
 
 use super::arguments::PlotOptions;
-use super::terminal;
 use crate::plot::branches::{self, Branches};
 use crate::plot::studies::{self, Choice, StudyQuantity};
 use crate::plot::{Figure, PlotError, work_precision};
 use serde::Serialize;
 use std::path::Path;
-use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
+use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_analysis::continuation::Stored;
 use stickslip_files::{Reason, ResultFile, StudyFile, check_sound};
 
@@ -113,32 +112,4 @@ fn is_named(figure: &Figure, name: &str) -> bool {
 
 pub(super) fn of_work_precision(path: &Path) -> Result<Chosen, PlotError> {
     Ok(Chosen::of(vec![work_precision::of_file(path)?]))
-}
-
-pub(super) fn report(distributions: &[(StudyQuantity, Distribution)]) -> String {
-    let shown = |(quantity, found): &(StudyQuantity, Distribution)| {
-        format!("\n{}", terminal::distribution(&quantity.name, &quantity.units, found))
-    };
-    distributions.iter().map(shown).collect()
-}
-
-pub(super) fn documents(distributions: &[(StudyQuantity, Distribution)]) -> Vec<serde_json::Value> {
-    let document = |(quantity, distribution): &(StudyQuantity, Distribution)| {
-        let percentiles = PERCENTILES.iter().zip(&distribution.percentiles);
-        let percentiles: serde_json::Map<String, serde_json::Value> = percentiles
-            .map(|(percent, value)| (percent.to_string(), (*value).into()))
-            .collect();
-        serde_json::json!({
-            "quantity": quantity.name,
-            "unit": quantity.units,
-            "count": distribution.count,
-            "without": distribution.without,
-            "least": distribution.least,
-            "largest": distribution.largest,
-            "mean": distribution.mean,
-            "percentiles": percentiles,
-            "bars": distribution.bars,
-        })
-    };
-    distributions.iter().map(document).collect()
 }

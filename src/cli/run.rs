@@ -3,7 +3,8 @@
 use super::arguments::{Common, RunOptions};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
 use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, complain, interrupted, print, print_json, strictly, terminal};
+use super::{CommandEnd, CommandError, complain, interrupted, strictly, tell};
+use crate::report::RunSummary;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
@@ -52,34 +53,23 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
     let error = unsaved
         .clone()
         .or_else(|| run.failure.as_ref().map(ToString::to_string));
-    if common.json {
-        print_json(&document! {
-            status: status,
-            file: file.display().to_string(),
-            case: source.label(),
-            title: &case.title,
-            method: solver.method.name(),
-            rtol: run.solver.rtol,
-            // s.
-            wall_time: run.wall_time,
-            // Computed results, whether saved or not.
-            summary: &run.summary,
-            warnings: &warnings;
-            optional:
-            // The intact part of the file, if writing failed.
-            saved: (write_error.is_some() || unsaved.is_some()).then_some(saved),
-            witness: run.witness.as_ref(),
-            error: error.as_ref(),
-        })?;
-    } else if !common.quiet && error.is_none() {
-        print(&terminal::run_report(case, &run.solver, &run.summary, run.wall_time))?;
-        if let Some(witness) = &run.witness {
-            print(&format!("\n{}\n", witness.statement))?;
-            if let Some(repeated) = &witness.repeated {
-                print(&format!("{repeated}\n"))?;
-            }
-        }
-        print(&format!("\n{}\n", file.display()))?;
+    let report = RunSummary {
+        status,
+        file: file.display().to_string(),
+        source: source.label(),
+        title: &case.title,
+        method: solver.method.name(),
+        rtol: run.solver.rtol,
+        wall_time: run.wall_time,
+        summary: &run.summary,
+        warnings: &warnings,
+        saved: (write_error.is_some() || unsaved.is_some()).then_some(saved),
+        witness: run.witness.as_ref(),
+        error: error.as_deref(),
+        case,
+    };
+    if common.json || error.is_none() {
+        tell(common, &report)?;
     }
     if !common.quiet {
         for warning in &warnings {

@@ -4,16 +4,15 @@ use super::arguments::{Common, FigureFormat, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::plot;
 use super::progress::{Bar, BarKind};
-use super::terminal::{self, or_none};
 use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::{PlotError, signature, target, work_precision as figure};
+use crate::report::PrecisionReport;
 use std::path::{Path, PathBuf};
 use stickslip_analysis::analysis::work_precision::{
-    Measurement, MethodErrors, PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
+    PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
 };
 use stickslip_analysis::provenance;
 use stickslip_files::Reservation;
-use stickslip_system::quote::bound;
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let source = StudySource::find(&options.study, STUDIES)?;
@@ -42,30 +41,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .write(&study, &started, &place)
         .map_err(CommandError::computation)?;
     let figures = draw(&study, &result, &figures, &names)?;
-    tell(
-        common,
-        || {
-            document! {
-                status: if result.interrupted { "interrupted" } else { "complete" },
-                file: file.display().to_string(),
-                figures: figures.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
-                title: &study.title,
-                case: &study.case_label,
-                reference: document! {
-                    description: &result.reference.description,
-                    events: result.reference.events.len(),
-                    // Uncertainty of each error, s.
-                    uncertainty: result.uncertainty,
-                },
-                runs: &result.measurements,
-            }
-        },
-        || {
-            let files = std::iter::once(&file).chain(&figures);
-            let lines: String = files.map(|path| format!("{}\n", path.display())).collect();
-            format!("{}\n{lines}", report(&study, &result))
-        },
-    )?;
+    tell(common, &PrecisionReport::new(&study, &result, &file, &figures))?;
     if result.interrupted {
         let (done, all) = (result.measurements.len(), study.runs.len());
         let how = format!(" after {done} of {all} runs; they are saved in {}", file.display());
@@ -115,55 +91,4 @@ fn draw(
         .iter()
         .map(|(path, format)| plot::draw(&figure, (path, *format), source.to_owned()).map(|()| path.clone()))
         .collect()
-}
-
-fn report(study: &PrecisionStudy, result: &StudyResult) -> String {
-    let header = [
-        "method", "rtol", "step", "onset", "final", "all", "events", "calls", "time",
-    ];
-    let rows = result.measurements.iter().map(|m| row(m, &result.uncertainty));
-    let table = terminal::lines(&header, rows, 1..9);
-    let uncertainty = |error: Option<f64>| or_none(error, |e| format!("{} s", bound(e, 0)));
-    let unsure = &result.uncertainty;
-    format!(
-        "{}\n{}, {} events\n\n{}\nonset, final, all: errors of the first stick, of the last and the largest of all events, s; \
-         calls of the\nright-hand side; time in s. Another sequence of events than the reference's is marked *, and has \
-         no \"all\".\nReference: {}.\nIts uncertainty is {} (onset), {} (final), {} (all); an error in brackets is below it.\n",
-        study.title,
-        study.case_label,
-        result.reference.events.len(),
-        table,
-        result.reference.description,
-        uncertainty(unsure.onset),
-        uncertainty(unsure.final_stick),
-        uncertainty(unsure.largest),
-    )
-}
-
-fn row(m: &Measurement, uncertainty: &MethodErrors) -> Vec<String> {
-    let (rtol, step) = m.knob.rtol_and_step();
-    let plain = |value: Option<f64>| value.map(|x| format!("{x:e}")).unwrap_or_default();
-    if m.failure.is_some() {
-        let failed = "failed".to_owned();
-        return [m.method.name().to_owned(), plain(rtol), plain(step), failed]
-            .into_iter()
-            .chain(std::iter::repeat_n(String::new(), 5))
-            .collect();
-    }
-    let error = |error: Option<f64>, uncertainty: Option<f64>| match error {
-        None => "-".to_owned(),
-        Some(e) if uncertainty.is_some_and(|u| e <= u) => format!("({e:.0e})"),
-        Some(e) => format!("{e:.1e}"),
-    };
-    vec![
-        m.method.name().to_owned(),
-        plain(rtol),
-        plain(step),
-        error(m.errors.onset, uncertainty.onset),
-        error(m.errors.final_stick, uncertainty.final_stick),
-        error(m.errors.largest, uncertainty.largest),
-        format!("{}{}", m.events, if m.same_sequence { "" } else { "*" }),
-        m.rhs_evaluations.to_string(),
-        format!("{:.3}", m.wall_time),
-    ]
 }

@@ -13,7 +13,7 @@ use stickslip::Watch;
 use stickslip::case::{Case, CaseSource, WrittenCase};
 use stickslip::continuation::{Continuation, ContinuationStudy, EndReason, Explored, Special, Stored};
 use stickslip::cycle::{
-    Border, CycleError, CycleSearch, CycleStability, Family, From, MultiplierKind, Orbit, certify, find,
+    Border, CycleError, CycleSearch, CycleStability, EnclosedEvent, Family, From, MultiplierKind, Orbit, certify, find,
 };
 use stickslip::sweep::StudySource;
 
@@ -74,14 +74,14 @@ fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
     near(orbit.period, 12.00103129483057865, 4e-16);
     near(orbit.position.1, 1.133944676441656840, 1e-15);
     near(
-        orbit.amplitude(),
+        orbit.amplitude,
         0.5 * (1.13394467644165684 + 0.55543269006023160632),
         1e-14,
     );
     let kinds: Vec<_> = orbit.multipliers.iter().map(|one| one.kind).collect();
     assert_eq!(kinds, [MultiplierKind::Along, MultiplierKind::Stick]);
     assert_eq!(orbit.stability, CycleStability::Stable);
-    near(orbit.stick_durations.unwrap().0, 7.7050317693504237635, 1e-13);
+    near(orbit.shortest_stick.unwrap(), 7.7050317693504237635, 1e-13);
 }
 
 /// Small maxima of the relative velocity, which bristles cause, are not turns. The period is that of a run.
@@ -95,7 +95,7 @@ fn property_bristles_do_not_hide_the_return() {
 
 #[test]
 fn property_a_motion_without_a_position_has_no_amplitude() {
-    assert!(found(&built_in("block"), &[]).amplitude().is_nan());
+    assert!(found(&built_in("block"), &[]).amplitude.is_nan());
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn analytic_coulomb_oscillator_in_closed_form() {
         "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0",
     );
     let orbit = found(&source(&text), &[]);
-    near(orbit.amplitude(), 2.420236350574373275776, 1e-14);
+    near(orbit.amplitude, 2.420236350574373275776, 1e-14);
     let multipliers = free(&orbit);
     near(multipliers[0].0, 0.5693655370136599360085709, 1e-9);
     near(multipliers[1].0, 0.08723318751421357289310, 1e-8);
@@ -146,7 +146,7 @@ fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
             &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
         );
         let orbit = found(&source(&text), &[]);
-        near(orbit.amplitude(), amplitude, 1e-11);
+        near(orbit.amplitude, amplitude, 1e-11);
         // The two slips are equal: neither vanishes before the other.
         assert!(orbit.nearest.is_none_or(|nearest| nearest.border == Border::Reversal));
     }
@@ -261,7 +261,7 @@ fn multiprecision_cycles_are_certified_by_the_oracle() {
         let mut kept = stickslip::record::MemoryRecorder::default();
         stickslip::Run::new(&case).record(&mut kept).start().unwrap();
         let own = kept.events.iter().filter(|event| event.kind.in_event_sequence());
-        for ((time, kind), event) in certificate.events.iter().zip(own) {
+        for (EnclosedEvent { kind, time }, event) in certificate.events.iter().zip(own) {
             assert_eq!(*kind, event.kind.name(), "{name}");
             assert!(
                 (time.value - event.time).abs() < 1e-10,
@@ -274,7 +274,7 @@ fn multiprecision_cycles_are_certified_by_the_oracle() {
         assert!(known >= 18, "{name}: {}", certificate.period.decimal);
         assert_eq!(certificate.period.decimal[..known], period[..known], "{name}");
         assert!(certificate.contraction < 1e-6);
-        assert!(certificate.events.iter().all(|event| event.0.error < 1e-19));
+        assert!(certificate.events.iter().all(|event| event.time.error < 1e-19));
         near(certificate.period.value, orbit.period, 1e-15);
     }
 }
@@ -419,7 +419,7 @@ fn multiprecision_unstable_cycles_of_the_exponential_belt() {
         };
         let orbit = cycle_of(&built_in("belt-exponential"), &settings, &search);
         near(orbit.period, period, 1e-13);
-        near(orbit.amplitude(), amplitude, 1e-12);
+        near(orbit.amplitude, amplitude, 1e-12);
         near(free(&orbit)[0].0, multiplier, 1e-9);
         assert_eq!(orbit.stability, CycleStability::Unstable);
     }
@@ -700,7 +700,7 @@ fn property_stable_points_of_a_branch_are_where_long_runs_end() {
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
         let orbit = found(&source(&text), &settings);
         near(orbit.period, point.period, 1e-11);
-        near(orbit.amplitude(), (point.position.1 - point.position.0) / 2.0, 1e-9);
+        near(orbit.amplitude, (point.position.1 - point.position.0) / 2.0, 1e-9);
     }
 }
 

@@ -1,8 +1,8 @@
 //! The figures of a report.
 
-use super::pages::{DrawnPage, ReportPart};
 use crate::plot::comparison::DrawnCandidate;
 use crate::plot::{self, DrawnRun, Figure, PlotError};
+use crate::report::{DrawnPage, PagePart};
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
 
@@ -14,9 +14,9 @@ pub(super) fn figures(
     (reference, mapping): (&Reference, &Mapping),
     comparison: &Comparison,
     (report, number): (&Path, usize),
-) -> Vec<ReportPart> {
+) -> Vec<PagePart> {
     let stem = report.file_stem().unwrap_or_default().to_string_lossy();
-    let drawn = || -> Result<Vec<ReportPart>, PlotError> {
+    let drawn = || -> Result<Vec<PagePart>, PlotError> {
         let run = DrawnRun::open(Path::new(&comparison.reference))?;
         let path = Path::new(&comparison.candidate);
         let beside = DrawnCandidate {
@@ -30,7 +30,7 @@ pub(super) fn figures(
             _ => format!("-{}", number + 1),
         };
         let part = |figure: &Figure| {
-            Ok(ReportPart::Figure(DrawnPage {
+            Ok(PagePart::Figure(DrawnPage {
                 file: format!("{stem}{place}-{}.svg", figure.name),
                 title: figure.full_title(),
                 svg: plot::draw(figure, WIDTH)?.svg(),
@@ -38,5 +38,5 @@ pub(super) fn figures(
         };
         beside.figures(comparison)?.iter().map(part).collect()
     };
-    drawn().unwrap_or_else(|error| vec![ReportPart::Text(format!("no figure: {error}"))])
+    drawn().unwrap_or_else(|error| vec![PagePart::Text(format!("no figure: {error}"))])
 }

@@ -2,16 +2,35 @@
 
 mod drawn;
 mod pages;
-mod render;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
 use super::input::columns;
 use super::progress::{Bar, BarKind};
 use super::reference::open_reference;
-use super::{CommandEnd, CommandError, print, print_json, wants_json, wants_text};
+use super::{CommandEnd, CommandError, tell};
+use crate::report::{Page, PagePart, Report};
+use serde::Serialize;
 use std::sync::Arc;
 use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
+
+#[derive(Serialize)]
+struct CompareReport<'a> {
+    comparisons: &'a [Comparison],
+    /// The failed requirements in words.
+    shortfalls: &'a [String],
+}
+
+impl Report for CompareReport<'_> {
+    fn page(&self) -> Page {
+        let mut pages = self.comparisons.iter().map(|c| pages::page(c, pages::Length::Screen));
+        let first = pages.next().unwrap_or_default();
+        pages.fold(first, |page, next| {
+            page.with(format!("{}\n{}", next.title, next.verdict))
+                .with_all(next.parts)
+        })
+    }
+}
 
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
@@ -43,17 +62,17 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
             page.parts.splice(1..1, figures);
             page
         };
-        let pages: Vec<_> = comparisons.iter().enumerate().map(page).collect();
-        target.write(&pages, &shortfalls)?;
+        let mut pages: Vec<_> = comparisons.iter().enumerate().map(page).collect();
+        if !shortfalls.is_empty() {
+            pages.push(Page::new("Fell short", "").with(PagePart::List(shortfalls.clone())));
+        }
+        target.write(&pages)?;
     }
-    if wants_json(common) {
-        // Shortfalls are the failed requirements in words.
-        print_json(&document! { comparisons: &comparisons, shortfalls: &shortfalls })?;
-    }
-    if wants_text(common) {
-        let pages = comparisons.iter().map(|c| pages::page(c, pages::Length::Screen));
-        print(&render::terminal(&pages.collect::<Vec<_>>()))?;
-    }
+    let report = CompareReport {
+        comparisons: &comparisons,
+        shortfalls: &shortfalls,
+    };
+    tell(common, &report)?;
     match shortfalls.is_empty() {
         true => Ok(CommandEnd::Done),
         false => Err(CommandError::computation(shortfalls.join("; "))),

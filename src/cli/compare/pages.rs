@@ -1,5 +1,6 @@
 //! Contents of a comparison's report, common to all formats.
 
+use crate::report::{NumberFormat, Page, PagePart, PageTable, exponent, fixed};
 use stickslip_compare::{ChannelErrors, Comparison, Score, Statistic};
 use stickslip_system::record::sequence::{Difference, Fault};
 
@@ -12,61 +13,20 @@ pub(super) enum Length {
 /// Most differences between the sequences that are listed on a terminal.
 const LISTED: usize = 10;
 
-pub(super) struct Page {
-    pub title: String,
-    pub verdict: String,
-    pub parts: Vec<ReportPart>,
-}
-
-pub(super) enum ReportPart {
-    Text(String),
-    Table(ReportTable),
-    Figure(DrawnPage),
-}
-
-pub(super) struct DrawnPage {
-    pub file: String,
-    pub title: String,
-    pub svg: String,
-}
-
-pub(super) struct ReportTable {
-    pub title: String,
-    pub header: Vec<&'static str>,
-    pub rows: Vec<Vec<String>>,
-    pub texts: usize,
-}
-
-impl ReportTable {
-    fn new(
-        title: impl Into<String>,
-        texts: usize,
-        header: &[&'static str],
-        rows: impl IntoIterator<Item = Vec<String>>,
-    ) -> ReportTable {
-        ReportTable {
-            title: title.into(),
-            header: header.to_vec(),
-            rows: rows.into_iter().collect(),
-            texts,
-        }
-    }
-}
-
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
     // The resolution comes first, because it limits all results below.
-    let mut parts: Vec<ReportPart> = resolution(c).into_iter().map(ReportPart::Text).collect();
-    parts.push(ReportPart::Text(what_was_read(c)));
-    parts.extend(hysteresis(c).map(ReportPart::Text));
+    let mut parts: Vec<PagePart> = resolution(c).into_iter().map(PagePart::Text).collect();
+    parts.push(PagePart::Text(what_was_read(c)));
+    parts.extend(hysteresis(c).map(PagePart::Text));
     for cause in c.causes.iter().skip(1) {
-        parts.push(ReportPart::Text(format!("also: {}", cause.evidence)));
+        parts.push(PagePart::Text(format!("also: {}", cause.evidence)));
     }
-    parts.push(ReportPart::Table(statistics(c)));
-    parts.extend(c.score.as_ref().map(|found| ReportPart::Table(score(found))));
+    parts.push(PagePart::Table(statistics(c)));
+    parts.extend(c.score.as_ref().map(|found| PagePart::Table(score(found))));
     if let Some(command) = &c.score_command {
-        parts.push(ReportPart::Text(format!("score by the rules of the set: {command}")));
+        parts.push(PagePart::Text(format!("score by the rules of the set: {command}")));
     }
-    parts.extend(c.parameters.as_ref().map(|found| ReportPart::Table(numbers(found))));
+    parts.extend(c.parameters.as_ref().map(|found| PagePart::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
         let mut text = format!(
@@ -77,55 +37,52 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             let (within, bound) = (e.within(), e.largest_bound());
             text += &format!("; {within} are within what the samples resolve, {bound:.1e} s at most");
         }
-        parts.push(ReportPart::Text(text));
+        parts.push(PagePart::Text(text));
     }
     if let Some(wrong) = &c.first_wrong {
-        parts.push(ReportPart::Text(format!("first wrong event: {}", wrong.words())));
+        parts.push(PagePart::Text(format!("first wrong event: {}", wrong.words())));
     }
     if let Some(cycles) = &c.cycles {
-        parts.push(ReportPart::Text(growth(cycles)));
+        parts.push(PagePart::Text(growth(cycles)));
     }
     if !c.sequence.is_empty() {
         let shown = if length == Length::Screen { LISTED } else { usize::MAX };
-        parts.push(ReportPart::Table(sequence(&c.sequence, shown)));
+        parts.push(PagePart::Table(sequence(&c.sequence, shown)));
         if c.sequence.len() > shown {
-            parts.push(ReportPart::Text(format!("and {} more", c.sequence.len() - shown)));
+            parts.push(PagePart::Text(format!("and {} more", c.sequence.len() - shown)));
         }
     }
-    parts.extend(channels(c).into_iter().map(ReportPart::Table));
+    parts.extend(channels(c).into_iter().map(PagePart::Table));
     if !c.impulses.is_empty() {
-        parts.push(ReportPart::Table(impulses(c)));
-        parts.extend(impulse_notes(c).into_iter().map(ReportPart::Text));
+        parts.push(PagePart::Table(impulses(c)));
+        parts.extend(impulse_notes(c).into_iter().map(PagePart::Text));
     }
     if let Some(text) = samples(c) {
-        parts.push(ReportPart::Text(text));
+        parts.push(PagePart::Text(text));
     }
     if let Some(drift) = &c.energy_drift {
-        parts.push(ReportPart::Text(energy(drift)));
+        parts.push(PagePart::Text(energy(drift)));
     }
     if !c.absent.is_empty() {
         let why = c.absent.iter().map(|absent| format!("{}: {}", absent.what, absent.why));
         let why = why.collect::<Vec<_>>().join("; ");
-        parts.push(ReportPart::Text(format!("not compared: {why}")));
+        parts.push(PagePart::Text(format!("not compared: {why}")));
     }
     if length == Length::Whole && e.matched > 0 {
-        parts.push(ReportPart::Table(events(c)));
+        parts.push(PagePart::Table(events(c)));
         // The growth summarises runs with many cycles; --json contains every event.
         let more = e.events.len().saturating_sub(most_events(c));
         if more > 0 {
-            parts.push(ReportPart::Text(format!("and {more} more, which --json has")));
+            parts.push(PagePart::Text(format!("and {more} more, which --json has")));
         }
     }
     if !c.case_differences.is_empty() {
-        let row = |d: &stickslip_compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
-        let header = ["key", "reference", "candidate"];
-        let rows = c.case_differences.iter().map(row);
-        parts.push(ReportPart::Table(ReportTable::new(
-            "keys of the case that differ",
-            3,
-            &header,
-            rows,
-        )));
+        let table = PageTable::of(&c.case_differences)
+            .text("key", |d| &d.key)
+            .text("reference", |d| &d.reference)
+            .text("candidate", |d| &d.candidate)
+            .done();
+        parts.push(PagePart::Table(table.titled("keys of the case that differ")));
     }
     Page {
         title: format!("{} against {}", c.candidate, c.reference),
@@ -134,67 +91,52 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
 }
 
-fn score(score: &Score) -> ReportTable {
-    let row = |name: &str, reference: String, candidate: String, error: String, relative: f64| {
-        vec![name.to_owned(), reference, candidate, error, format!("{relative:.1e}")]
-    };
+fn score(score: &Score) -> PageTable {
     let none = String::new;
-    let mut rows = Vec::new();
+    let mut rows: Vec<(String, [String; 3], f64)> = Vec::new();
     if let Some(p) = &score.position {
         let error = format!("{:.2e} {}", p.rms, p.unit);
-        rows.push(row(&format!("{}, rms", p.channel), none(), none(), error, p.relative));
+        rows.push((format!("{}, rms", p.channel), [none(), none(), error], p.relative));
     }
     if let Some(p) = &score.period {
         let [reference, candidate] = [p.reference, p.candidate].map(|period| format!("{period:.9} s"));
         let error = format!("{:.2e} s", p.error);
-        rows.push(row(
-            &format!("period of {}", p.channel),
-            reference,
-            candidate,
-            error,
+        rows.push((
+            format!("period of {}", p.channel),
+            [reference, candidate, error],
             p.relative,
         ));
     }
     if let Some(r) = &score.rest {
         let error = format!("{:.2e} {}", r.rms, r.unit);
         let name = format!("{} amid {} sticks, rms", r.channel, r.sticks);
-        rows.push(row(&name, none(), none(), error, r.relative));
+        rows.push((name, [none(), none(), error], r.relative));
     }
     if let Some(c) = &score.creep {
-        let [reference, candidate, error] = [c.reference, c.candidate, c.rms].map(|v| format!("{v:.2e} {}", c.unit));
-        rows.push(row(
-            "relative velocity in stick, rms",
-            reference,
-            candidate,
-            error,
-            c.relative,
-        ));
+        let values = [c.reference, c.candidate, c.rms].map(|v| format!("{v:.2e} {}", c.unit));
+        rows.push(("relative velocity in stick, rms".to_owned(), values, c.relative));
     }
-    let title = format!(
-        "without a threshold, from {} to {} s: {} samples",
-        short(score.from),
-        short(score.to),
-        score.samples
-    );
-    ReportTable::new(title, 1, &["", "reference", "candidate", "error", "relative"], rows)
+    let (from, to, samples) = (short(score.from), short(score.to), score.samples);
+    PageTable::of(&rows)
+        .text("", |row| &row.0)
+        .count("reference", |row| &row.1[0])
+        .count("candidate", |row| &row.1[1])
+        .count("error", |row| &row.1[2])
+        .number("relative", "", exponent(1), |row| row.2)
+        .done()
+        .titled(format!("without a threshold, from {from} to {to} s: {samples} samples"))
 }
 
 /// Parameters of the case that differ in the candidate, and parameters that explain the difference equally well.
-fn numbers(found: &stickslip_compare::OtherParameters) -> ReportTable {
-    let row = |number: &stickslip_compare::OtherNumber| {
-        let unit = if number.unit == "1" { "" } else { number.unit };
-        let (value, error) = number.value_and_error();
-        vec![
-            format!("{} ({})", number.key, number.symbol),
-            format!("{}", number.reference),
-            value,
-            error,
-            unit.to_owned(),
-        ]
-    };
-    let header = ["number", "reference", "candidate", "error", "unit"];
-    let rows = found.numbers.iter().chain(&found.or).map(row);
-    ReportTable::new("parameters with another value", 1, &header, rows)
+fn numbers(found: &stickslip_compare::OtherParameters) -> PageTable {
+    PageTable::of(found.numbers.iter().chain(&found.or))
+        .text("number", |number| format!("{} ({})", number.key, number.symbol))
+        .count("reference", |number| number.reference)
+        .count("candidate", |number| number.value_and_error().0)
+        .count("error", |number| number.value_and_error().1)
+        .count("unit", |number| if number.unit == "1" { "" } else { number.unit })
+        .done()
+        .titled("parameters with another value")
 }
 
 fn resolution(c: &Comparison) -> Option<String> {
@@ -214,22 +156,18 @@ fn resolution(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-fn impulses(c: &Comparison) -> ReportTable {
-    let row = |i: &stickslip_compare::ImpulseErrors| {
-        vec![
-            i.channel.clone().into_owned(),
-            format!("{:.6e} {}", i.reference, i.unit),
-            format!("{:.6e}", i.candidate),
-            format!("{:.2e}", i.max),
-            format!("{:.6}", i.max_at),
-            format!("{:.1e}", i.rms),
-        ]
-    };
+fn impulses(c: &Comparison) -> PageTable {
     let first = &c.impulses[0];
     let (from, to, samples) = (short(first.from), short(first.to), first.samples);
-    let title = format!("impulses from {from} to {to} s: {samples} samples");
-    let header = ["impulse", "reference", "candidate", "max error", "at, s", "rms"];
-    ReportTable::new(title, 1, &header, c.impulses.iter().map(row))
+    PageTable::of(&c.impulses)
+        .text("impulse", |i| &i.channel)
+        .count("reference", |i| format!("{:.6e} {}", i.reference, i.unit))
+        .number("candidate", "", exponent(6), |i| i.candidate)
+        .number("max error", "", exponent(2), |i| i.max)
+        .number("at", "s", fixed(6), |i| i.max_at)
+        .number("rms", "", exponent(1), |i| i.rms)
+        .done()
+        .titled(format!("impulses from {from} to {to} s: {samples} samples"))
 }
 
 fn impulse_notes(c: &Comparison) -> Vec<String> {
@@ -353,7 +291,7 @@ fn short(time: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn statistics(c: &Comparison) -> ReportTable {
+fn statistics(c: &Comparison) -> PageTable {
     let number = |unit: &str, value: Option<f64>| match value {
         None => "none".to_owned(),
         Some(value) if unit == "1" => format!("{value}"),
@@ -364,58 +302,58 @@ fn statistics(c: &Comparison) -> ReportTable {
         (_, "1", Some(error)) => format!("{error}"),
         (_, unit, Some(error)) => format!("{error:.2e} {unit}"),
     };
-    let mut rows = vec![vec![
+    let events = [
         "contact events".to_owned(),
         c.reference_events.to_string(),
         c.candidate_events.to_string(),
         format!("{} missing, {} spurious", c.missing, c.spurious),
-    ]];
-    rows.extend(c.statistics.iter().map(|s| {
+    ];
+    let of_statistic = |s: &Statistic| {
         let name = s.name.replace('_', " ");
-        vec![name, number(s.unit, s.reference), number(s.unit, s.candidate), error(s)]
-    }));
-    ReportTable::new("", 1, &["", "reference", "candidate", "error"], rows)
-}
-
-fn sequence(differences: &[Difference], shown: usize) -> ReportTable {
-    let row = |d: &Difference| {
-        let fault = match d.fault {
-            Fault::Missing if d.shorter_than_interval => "missing: shorter than the interval".to_owned(),
-            Fault::Missing => "missing".to_owned(),
-            Fault::Spurious => "spurious".to_owned(),
-            Fault::Doubled => "doubled".to_owned(),
-            Fault::Swapped => "swapped".to_owned(),
-            Fault::Renamed => format!("now a {}", d.candidate_kind.unwrap_or("different event")),
-        };
-        vec![
-            fault,
-            d.kind.to_owned(),
-            d.position.to_string(),
-            format!("{:.9}", d.time),
-        ]
+        [name, number(s.unit, s.reference), number(s.unit, s.candidate), error(s)]
     };
-    let rows = differences.iter().take(shown).map(row);
-    ReportTable::new("", 2, &["sequence", "kind", "event", "time, s"], rows)
+    let rows: Vec<[String; 4]> = std::iter::once(events)
+        .chain(c.statistics.iter().map(of_statistic))
+        .collect();
+    PageTable::of(&rows)
+        .text("", |row| &row[0])
+        .count("reference", |row| &row[1])
+        .count("candidate", |row| &row[2])
+        .count("error", |row| &row[3])
+        .done()
 }
 
-fn channels(c: &Comparison) -> Vec<ReportTable> {
-    let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
+fn sequence(differences: &[Difference], shown: usize) -> PageTable {
+    let fault = |d: &Difference| match d.fault {
+        Fault::Missing if d.shorter_than_interval => "missing: shorter than the interval".to_owned(),
+        Fault::Missing => "missing".to_owned(),
+        Fault::Spurious => "spurious".to_owned(),
+        Fault::Doubled => "doubled".to_owned(),
+        Fault::Swapped => "swapped".to_owned(),
+        Fault::Renamed => format!("now a {}", d.candidate_kind.unwrap_or("different event")),
+    };
+    PageTable::of(differences.iter().take(shown))
+        .text("sequence", fault)
+        .text("kind", |d| d.kind)
+        .count("event", |d| d.position)
+        .number("time", "s", fixed(9), |d| d.time)
+        .done()
+}
+
+fn channels(c: &Comparison) -> Vec<PageTable> {
+    const DIGITS: NumberFormat = fixed(1).or("");
     // Without an error there is no time of the largest error.
     let largest_at = |row: &ChannelErrors| Some(row.max_at).filter(|_| row.max > 0.0);
-    let line = |row: &ChannelErrors| {
-        vec![
-            row.channel.clone().into_owned(),
-            format!("{:.2e} {}", row.max, row.unit),
-            largest_at(row).map(|at| format!("{at:.6}")).unwrap_or_default(),
-            format!("{:.1e}", row.rms),
-            digits(row.scd),
-            digits(row.mescd),
-        ]
-    };
-    let header = ["channel", "max error", "at, s", "rms", "scd", "mescd"];
     let table = |rows: &[ChannelErrors]| {
-        let title = format!("{}: {} samples", rows[0].phase.name(), rows[0].samples);
-        ReportTable::new(title, 1, &header, rows.iter().map(line))
+        PageTable::of(rows)
+            .text("channel", |row| &row.channel)
+            .count("max error", |row| format!("{:.2e} {}", row.max, row.unit))
+            .number("at", "s", fixed(6).or(""), largest_at)
+            .number("rms", "", exponent(1), |row| row.rms)
+            .number("scd", "", DIGITS, |row| row.scd)
+            .number("mescd", "", DIGITS, |row| row.mescd)
+            .done()
+            .titled(format!("{}: {} samples", rows[0].phase.name(), rows[0].samples))
     };
     c.channels.chunk_by(|a, b| a.phase == b.phase).map(table).collect()
 }
@@ -437,17 +375,13 @@ fn samples(c: &Comparison) -> Option<String> {
     Some(text)
 }
 
-fn events(c: &Comparison) -> ReportTable {
-    let row = |e: &stickslip_compare::EventError| {
-        vec![
-            e.kind.to_owned(),
-            e.position.to_string(),
-            format!("{:.12}", e.time),
-            format!("{:.2e}", e.error),
-            format!("{:.1e}", e.bound),
-        ]
-    };
-    let header = ["kind", "event", "time in the reference, s", "error, s", "known to, s"];
-    let rows = c.event_errors.events.iter().take(most_events(c)).map(row);
-    ReportTable::new("matched events", 1, &header, rows)
+fn events(c: &Comparison) -> PageTable {
+    PageTable::of(c.event_errors.events.iter().take(most_events(c)))
+        .text("kind", |e| e.kind)
+        .count("event", |e| e.position)
+        .number("time in the reference", "s", fixed(12), |e| e.time)
+        .number("error", "s", exponent(2), |e| e.error)
+        .number("known to", "s", exponent(1), |e| e.bound)
+        .done()
+        .titled("matched events")
 }

@@ -2,9 +2,9 @@
 
 use super::super::CommandError;
 use super::super::arguments::CompareOptions;
-use super::pages::{Page, ReportPart};
-use super::render;
+use crate::plot::signature::REPORT as MARK;
 use crate::plot::target::{self, Product};
+use crate::report::{Page, PagePart, html, markdown};
 use std::path::{Path, PathBuf};
 
 pub(super) struct ReportTarget {
@@ -48,12 +48,12 @@ impl ReportTarget {
 
     /// Writes the report. Figures of a Markdown report are files next to it, which replace only figures of this
     /// program.
-    pub fn write(&self, pages: &[Page], shortfalls: &[String]) -> Result<(), CommandError> {
+    pub fn write(&self, pages: &[Page]) -> Result<(), CommandError> {
         let text = if self.html {
-            render::html(pages, shortfalls)
+            html(pages, MARK)
         } else {
             self.write_figures(pages)?;
-            render::markdown(pages, shortfalls)
+            markdown(pages, MARK)
         };
         Ok(target::write(&self.path, Product::Report, &[text.as_bytes()])?)
     }
@@ -61,7 +61,7 @@ impl ReportTarget {
     fn write_figures(&self, pages: &[Page]) -> Result<(), CommandError> {
         let figures = pages.iter().flat_map(|page| &page.parts);
         for part in figures {
-            let ReportPart::Figure(figure) = part else { continue };
+            let PagePart::Figure(figure) = part else { continue };
             let path = self.path.with_file_name(&figure.file);
             let figures = Product::Figure(Product::Report.option());
             target::check(&path, figures, &[], self.force)?;

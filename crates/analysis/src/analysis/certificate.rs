@@ -65,6 +65,7 @@ pub struct Certificate {
     /// Runs that were left out for lack of time, in a sentence.
     pub left_out: Option<String>,
     /// Whether the oracle settled the events.
+    #[serde(skip)]
     pub by_oracle: bool,
     /// Reason why the oracle could not settle them.
     pub without_oracle: Option<String>,
@@ -90,6 +91,11 @@ impl Certificate {
     /// Least number of digits that double precision allows for an event of the sequence; `None` without events.
     pub fn most_digits(&self) -> Option<u32> {
         self.in_event_sequence().filter_map(CertifiedEvent::most_digits).min()
+    }
+
+    /// Origin of the uncertainties: "oracle" or "ladder".
+    pub fn uncertainty_by(&self) -> &'static str {
+        if self.by_oracle { "oracle" } else { "ladder" }
     }
 
     pub(super) fn in_event_sequence(&self) -> impl Iterator<Item = &CertifiedEvent> {

@@ -8,7 +8,7 @@
 //! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
 //! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method |
 //! | `finer`, `repetition` | rerun with finer settings if the witness disagrees |
-//! | `certification` | certificate of a result and its sensitivities |
+//! | `certification`, `certify_report`, `certificate_file` | certificate of a result and its sensitivities; as a document; as groups of a file |
 //! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties; error bands |
 //! | `exact`, `truth` | events of the oracle, or of another code with more digits |
 //! | `advice` | remedies for a result with too few true digits |
@@ -21,7 +21,9 @@ pub mod advice;
 mod attractor;
 pub mod bands;
 pub mod certificate;
+mod certificate_file;
 pub mod certification;
+mod certify_report;
 mod deadline;
 pub mod distribution;
 pub mod exact;
@@ -51,6 +53,7 @@ pub mod work_precision;
 pub use attractor::{Attractor, Extremes};
 pub use certificate::{Certificate, certify};
 pub use certification::{Certified, Certify, Stage, Written};
+pub use certify_report::CertifyReport;
 pub use deadline::Deadline;
 pub use exponent::{Exponent, Neighbours};
 pub use headline::{HeadlineRow, headline};

@@ -206,13 +206,15 @@ impl Sensitivity {
 }
 
 /// Sensitivities of one result of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivities {
     /// The result.
+    #[serde(skip)]
     pub of: Affected,
     /// Time or duration of the result, s.
     pub time: f64,
     /// One row for each physical parameter of the case, in its order.
+    #[serde(skip)]
     pub rows: Vec<Sensitivity>,
     /// Reason for missing reruns.
     pub without_reruns: Option<String>,

@@ -4,17 +4,22 @@ use super::evaluate::{Evaluation, Halted, TargetEvaluator};
 use super::local::{apart, farthest, least_worst};
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
+use serde::Serialize;
 
 /// Bounds that the data set on a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Determined {
     /// Bounded on both sides within the range.
+    #[serde(rename = "determined")]
     Both = 0,
     /// Open to the lower end of the range.
+    #[serde(rename = "bounded-above")]
     FromAboveOnly = 1,
     /// Open to the upper end of the range.
+    #[serde(rename = "bounded-below")]
     FromBelowOnly = 2,
     /// Open to both ends of the range.
+    #[serde(rename = "undetermined")]
     Not = 3,
 }
 

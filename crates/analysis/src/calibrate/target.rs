@@ -2,6 +2,7 @@
 
 use crate::study::{StudyReader, plain};
 use crate::sweep::{QUANTITIES, Quantity, Values, asked_for};
+use serde::Serialize;
 use stickslip_case::Motion;
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::quantity::{self, Dimension};
@@ -35,7 +36,8 @@ impl Target {
 }
 
 /// Role of a target in the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Holds together with the others.
     Held = 0,

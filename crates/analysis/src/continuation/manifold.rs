@@ -216,7 +216,7 @@ impl<'a> Manifold<'a> {
                     position: orbit.position,
                     relative_velocity: orbit.relative_velocity,
                     sticks: orbit.sticks,
-                    shortest_stick: orbit.stick_durations.map_or(f64::NAN, |both| both.0),
+                    shortest_stick: orbit.shortest_stick.unwrap_or(f64::NAN),
                     nearest: orbit.nearest.map(|nearest| (nearest.border, nearest.distance)),
                     sequence: orbit.sequence(),
                     margins: orbit

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
+use serde::Serialize;
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
@@ -70,29 +71,39 @@ pub enum NotCertified {
 }
 
 /// Number with its error.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Enclosed {
     /// Value, rounded to a double.
     pub value: f64,
     /// Decimal with all true digits.
     pub decimal: String,
     /// Error of the decimal in the unit of the value, rounded up.
+    #[serde(rename = "uncertainty")]
     pub error: f64,
 }
 
+/// Event of a certified cycle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnclosedEvent {
+    /// Kind.
+    pub kind: &'static str,
+    /// Time since the start of the file, s.
+    pub time: Enclosed,
+}
+
 /// A certified cycle.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct CycleCertificate {
-    /// Period, s; exact for a forced motion.
-    pub period: Enclosed,
-    /// Events since the start of the file, with their kinds.
-    pub events: Vec<(Enclosed, &'static str)>,
     /// Decimal digits of the oracle's computation.
     pub digits_computed: u32,
     /// Number of corrections.
     pub corrections: usize,
     /// Ratio of the last two corrections.
     pub contraction: f64,
+    /// Period, s; exact for a forced motion.
+    pub period: Enclosed,
+    /// Events of the exact motion.
+    pub events: Vec<EnclosedEvent>,
 }
 
 /// Machin's formula: pi = 16 arctan(1/5) - 4 arctan(1/239).
@@ -337,10 +348,13 @@ pub fn certify(
                     time = time + &phase + &turn * BigRational::from_integer(periods_before.into());
                     time -= (&time / &period).floor() * &period;
                 }
-                (enclosed(&time, SAFETY * moved * contraction), event.kind.name())
+                EnclosedEvent {
+                    kind: event.kind.name(),
+                    time: enclosed(&time, SAFETY * moved * contraction),
+                }
             });
-            let mut events: Vec<(Enclosed, &'static str)> = events.collect();
-            events.sort_by(|a, b| a.0.value.total_cmp(&b.0.value));
+            let mut events: Vec<EnclosedEvent> = events.collect();
+            events.sort_by(|a, b| a.time.value.total_cmp(&b.time.value));
             return Ok(CycleCertificate {
                 period: enclosed(&period, of_period),
                 events,
@@ -456,7 +470,7 @@ impl CycleCertificate {
         group.attribute("period_decimal", decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
         let numbers = |name: &str, about: &str, of: fn(&Enclosed) -> f64| {
-            FileColumn::numbers(name, "s", about, self.events.iter().map(|event| of(&event.0)))
+            FileColumn::numbers(name, "s", about, self.events.iter().map(|event| of(&event.time)))
         };
         let (time, error) = (
             "time of the event, rounded to a double",
@@ -467,8 +481,8 @@ impl CycleCertificate {
             &["exact_event"],
             numbers("exact_uncertainty", error, |event| event.error),
         );
-        let decimals: Vec<&str> = self.events.iter().map(|event| event.0.decimal.as_str()).collect();
-        let kinds: Vec<&str> = self.events.iter().map(|event| event.1).collect();
+        let decimals: Vec<&str> = self.events.iter().map(|event| event.time.decimal.as_str()).collect();
+        let kinds: Vec<&str> = self.events.iter().map(|event| event.kind).collect();
         let about = "kinds of the events, one in each line";
         group.text("kinds", about, kinds.join("\n"));
         group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));

@@ -25,7 +25,7 @@ mod newton;
 pub mod orbit;
 mod saved;
 
-pub use certify::{CycleCertificate, Enclosed, NotCertified, certify};
+pub use certify::{CycleCertificate, Enclosed, EnclosedEvent, NotCertified, certify};
 pub(crate) use equations::{Guess, Shooting, scales};
 pub use error::CycleError;
 pub use family::Family;

@@ -114,53 +114,64 @@ pub struct OrbitEvent {
 }
 
 /// Periodic motion.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Orbit {
     /// Period, s.
     pub period: f64,
-    /// Periods of the drives in a period; `None` for an autonomous motion.
-    pub multiple: Option<u32>,
-    /// Phase of the drives at the start, s.
-    pub time: f64,
-    /// State at the start: twists, rates, speeds of free chains, bristles.
-    pub state: Vec<f64>,
     /// Relative error bound of state and period: last Newton step over the size of each component.
     pub error: f64,
     /// Newton iterations.
     pub iterations: usize,
-    /// Multipliers, the largest first; the one along an autonomous motion, 1, leads.
-    pub multipliers: Vec<Multiplier>,
-    /// Stability by the multipliers.
-    pub stability: CycleStability,
-    /// Events in order of time.
-    pub events: Vec<OrbitEvent>,
+    /// Half of the position's range; NaN for a slip displacement.
+    pub amplitude: f64,
     /// Least and largest position, rad (m in translation).
     pub position: (f64, f64),
     /// Least and largest omega_r, rad/s.
     pub relative_velocity: (f64, f64),
     /// Number of sticks that begin in the period.
     pub sticks: usize,
-    /// Shortest and longest stick, s.
-    pub stick_durations: Option<(f64, f64)>,
+    /// Stability by the multipliers.
+    pub stability: CycleStability,
+    /// Multipliers, the largest first; the one along an autonomous motion, 1, leads.
+    pub multipliers: Vec<Multiplier>,
+    /// Events in order of time.
+    pub events: Vec<OrbitEvent>,
+    /// Periods of the drives in a period; `None` for an autonomous motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multiple: Option<u32>,
+    /// Duration of the shortest stick, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shortest_stick: Option<f64>,
+    /// Duration of the longest stick, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest_stick: Option<f64>,
     /// Nearest other sequence of events.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub nearest: Option<Nearest>,
+    /// Phase of the drives at the start, s.
+    #[serde(skip)]
+    pub time: f64,
+    /// State at the start: twists, rates, speeds of free chains, bristles.
+    #[serde(skip)]
+    pub state: Vec<f64>,
+    #[serde(skip)]
     pub(crate) margins: Vec<Margin>,
     /// Codes of the modes in order of time: equal words are equal sequences.
+    #[serde(skip)]
     pub(crate) word: Vec<u8>,
+    #[serde(skip)]
     pub(crate) values: Vec<f64>,
+    #[serde(skip)]
     pub(crate) sizes: Vec<f64>,
     /// d(end)/d(start).
+    #[serde(skip)]
     pub(crate) by_state: DMatrix<f64>,
     /// Distance of the start from the nearest event, as a fraction of the longest slip; infinite without events.
+    #[serde(skip)]
     pub(crate) clearance: f64,
 }
 
 impl Orbit {
-    /// Half of the position's range; NaN for a slip displacement.
-    pub fn amplitude(&self) -> f64 {
-        (self.position.1 - self.position.0) / 2.0
-    }
-
     pub(crate) fn guess(&self) -> Guess {
         Guess {
             time: self.time,
@@ -236,13 +247,12 @@ impl Orbit {
             stability,
             multipliers,
             events: events.collect(),
+            amplitude: (shot.position.1 - shot.position.0) / 2.0,
             position: shot.position,
             relative_velocity: shot.relative_velocity,
             sticks: durations.len(),
-            stick_durations: durations.iter().copied().fold(None, |known: Option<(f64, f64)>, one| {
-                let (low, high) = known.unwrap_or((one, one));
-                Some((low.min(one), high.max(one)))
-            }),
+            shortest_stick: durations.iter().copied().reduce(f64::min),
+            longest_stick: durations.iter().copied().reduce(f64::max),
             nearest: nearest.map(|margin| Nearest {
                 border: margin.border,
                 distance: margin.distance,

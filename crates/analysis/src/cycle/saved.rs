@@ -77,12 +77,29 @@ impl Orbit {
         }
     }
 
+    /// The motion with its times as in the file of [`Self::case`], which starts at phase zero of the drives.
+    pub fn in_file(&self, case: &Case) -> Orbit {
+        let shift = self
+            .multiple
+            .map_or(0.0, |multiple| self.time - self.period / f64::from(multiple));
+        let in_file = |time: f64| (time + shift).rem_euclid(case.output.end_time);
+        let mut orbit = self.clone();
+        for event in &mut orbit.events {
+            event.time = in_file(event.time);
+        }
+        orbit.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        if let Some(nearest) = &mut orbit.nearest {
+            nearest.time = in_file(nearest.time);
+        }
+        orbit
+    }
+
     /// Group /cycle in the file of a period.
     pub fn additions(&self, family: &Family, source: &str, overrides: &[String]) -> Vec<Addition> {
         let unit = |of_rotation| family.case().motion().dimension(of_rotation).unit();
         let (angle, speed) = (unit(Dimension::Angle), unit(Dimension::AngularVelocity));
         let (multiple, nearest) = (self.multiple.map_or(f64::NAN, f64::from), self.nearest);
-        let shortest = self.stick_durations.map_or(f64::NAN, |both| both.0);
+        let shortest = self.shortest_stick.unwrap_or(f64::NAN);
         let distance = nearest.map_or(f64::NAN, |nearest| nearest.distance);
         let (low, high) = self.position;
         let (slow, fast) = self.relative_velocity;
@@ -100,7 +117,7 @@ impl Orbit {
                 "1",
                 "periods of the drives in it; NaN of an autonomous motion",
             ),
-            ("amplitude", self.amplitude(), angle, "half of what the position sweeps"),
+            ("amplitude", self.amplitude, angle, "half of what the position sweeps"),
             ("least_position", low, angle, "least position"),
             ("largest_position", high, angle, "largest position"),
             ("least_relative_velocity", slow, speed, "least omega_r"),

@@ -7,7 +7,7 @@ use stickslip_files::{Partition, ShardPlan};
 use stickslip_system::quote::shown;
 
 /// Shard `index` (from 1) of `count`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Shard {
     index: usize,
     count: usize,

@@ -1,5 +1,6 @@
 //! Merges the files of a study's shards. The result equals the file of a single sweep byte for byte.
 
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 
 use super::schema::SweepPlan;
@@ -22,9 +23,10 @@ pub struct MergeOptions<'a> {
 }
 
 /// Result of a merge.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct MergeReport {
     /// Output file.
+    #[serde(serialize_with = "displayed")]
     pub file: PathBuf,
     /// Digest of the study.
     pub digest: String,
@@ -34,6 +36,10 @@ pub struct MergeReport {
     pub points: usize,
     /// Number of points whose run failed.
     pub failed: usize,
+}
+
+fn displayed<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.display())
 }
 
 /// Reason why shards cannot be merged.

@@ -1,0 +1,176 @@
+//! Pages as text for a terminal, as Markdown and as HTML.
+
+use super::{Page, PagePart, PageTable};
+use crate::plot::html::styled;
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+
+/// Width of the narrowest terminal for which tables are wrapped.
+const NARROWEST: u16 = 40;
+
+const STYLE: &str = include_str!("../../data/page/report.css");
+
+pub(crate) fn terminal(page: &Page) -> String {
+    let lines = [&page.title, &page.verdict].into_iter().filter(|line| !line.is_empty());
+    let mut text: String = lines.map(|line| format!("{line}\n")).collect();
+    for part in &page.parts {
+        let (part, is_below) = match part {
+            PagePart::Below(part) => (&**part, true),
+            part => (part, false),
+        };
+        if !(is_below || text.is_empty()) {
+            text.push('\n');
+        }
+        text += &match part {
+            PagePart::Text(paragraph) => format!("{paragraph}\n"),
+            PagePart::List(items) => items.iter().map(|item| format!("- {item}\n")).collect(),
+            PagePart::Table(table) => lines_of(table),
+            PagePart::Figure(_) | PagePart::Below(_) => String::new(),
+        };
+    }
+    text
+}
+
+/// The lines of a table, without margins and trailing blanks.
+fn lines_of(table: &PageTable) -> String {
+    let mut drawn = Table::new();
+    drawn
+        .load_style(presets::NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic);
+    // A terminal of unknown width reports 0 columns, or too few for a word.
+    let size = console::Term::stdout().size_checked();
+    if let Some((_, columns)) = size.filter(|(_, columns)| *columns >= NARROWEST) {
+        drawn.set_width(columns);
+    }
+    if table.has_header() {
+        drawn.set_header(table.columns.iter().map(|column| &column.title));
+    }
+    drawn.add_rows(&table.rows);
+    for (index, _) in table.columns.iter().enumerate().filter(|one| one.1.number) {
+        if let Some(column) = drawn.column_mut(index) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let title = Some(&table.title).filter(|title| !title.is_empty());
+    let lines = drawn.lines();
+    let lines = lines.map(|line| line.strip_prefix(' ').unwrap_or(&line).trim_end().to_owned());
+    title
+        .cloned()
+        .into_iter()
+        .chain(lines)
+        .map(|line| line + "\n")
+        .collect()
+}
+
+pub(crate) fn markdown(pages: &[Page], mark: &str) -> String {
+    let mut text = format!("<!-- {mark} -->\n");
+    for page in pages {
+        text += &format!("# {}\n\n", plain(&page.title));
+        if !page.verdict.is_empty() {
+            text += &format!("**{}**\n\n", plain(&page.verdict));
+        }
+        text.extend(page.parts.iter().map(markdown_part));
+    }
+    text
+}
+
+fn markdown_part(part: &PagePart) -> String {
+    match part {
+        PagePart::Text(paragraph) => format!("{}\n\n", plain(paragraph)),
+        PagePart::List(items) => items.iter().map(|item| format!("- {}\n", plain(item))).collect(),
+        PagePart::Table(table) => markdown_table(table),
+        PagePart::Figure(figure) => {
+            // A space or a bracket would end the address.
+            let file = figure.file.replace('%', "%25").replace(' ', "%20");
+            let file = plain(&file.replace('(', "%28").replace(')', "%29"));
+            format!("![{}]({file})\n\n", plain(&figure.title))
+        }
+        PagePart::Below(part) => markdown_part(part),
+    }
+}
+
+fn markdown_table(table: &PageTable) -> String {
+    let mut text = String::new();
+    if !table.title.is_empty() {
+        text += &format!("## {}\n\n", plain(&table.title));
+    }
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    text += &line(table.columns.iter().map(|column| plain(&column.title)).collect());
+    let rule = |number: bool| if number { "---:" } else { "---" }.to_owned();
+    text += &line(table.columns.iter().map(|column| rule(column.number)).collect());
+    let rows = table.rows.iter();
+    text.extend(rows.map(|row| line(row.iter().map(|cell| plain(cell)).collect())));
+    text + "\n"
+}
+
+fn plain(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        if matches!(c, '\\' | '`' | '*' | '_' | '|' | '<' | '>' | '[' | ']' | '#' | '&') {
+            escaped.push('\\');
+        }
+        escaped.push(if c == '\n' { ' ' } else { c });
+    }
+    escaped
+}
+
+pub(crate) fn html(pages: &[Page], mark: &str) -> String {
+    let mut body = String::new();
+    for page in pages {
+        body += &format!("<h1>{}</h1>\n", safe(&page.title));
+        if !page.verdict.is_empty() {
+            body += &format!("<p class=\"verdict\">{}</p>\n", safe(&page.verdict));
+        }
+        body.extend(page.parts.iter().map(html_part));
+    }
+    let title = pages.first().map_or_else(String::new, |page| safe(&page.title));
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"generator\" content=\"{mark}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>\n{}\
+         </style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        styled(STYLE)
+    )
+}
+
+fn html_part(part: &PagePart) -> String {
+    match part {
+        PagePart::Text(paragraph) => format!("<p>{}</p>\n", safe(paragraph)),
+        PagePart::List(items) => {
+            let items = items.iter().map(|item| format!("<li>{}</li>\n", safe(item)));
+            format!("<ul>\n{}</ul>\n", items.collect::<String>())
+        }
+        PagePart::Table(table) => html_table(table),
+        PagePart::Figure(figure) => {
+            // Inline SVG needs no namespace.
+            let svg = figure.svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+            format!("<figure>{svg}</figure>\n")
+        }
+        PagePart::Below(part) => html_part(part),
+    }
+}
+
+fn html_table(table: &PageTable) -> String {
+    let mut text = String::new();
+    if !table.title.is_empty() {
+        text += &format!("<h2>{}</h2>\n", safe(&table.title));
+    }
+    let numbers = || table.columns.iter().map(|column| column.number);
+    let line = |tag: &str, cells: &mut dyn Iterator<Item = &String>| {
+        let cells = cells.zip(numbers()).map(|(cell, number)| {
+            let class = if number { " class=\"number\"" } else { "" };
+            format!("<{tag}{class}>{}</{tag}>", safe(cell))
+        });
+        format!("<tr>{}</tr>\n", cells.collect::<String>())
+    };
+    let header = line("th", &mut table.columns.iter().map(|column| &column.title));
+    text += &format!("<div class=\"scroll\">\n<table>\n<thead>\n{header}</thead>\n<tbody>\n");
+    text.extend(table.rows.iter().map(|row| line("td", &mut row.iter())));
+    text + "</tbody>\n</table>\n</div>\n"
+}
+
+fn safe(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+        .replace('\'', "&#39;")
+}
