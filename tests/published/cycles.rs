@@ -756,7 +756,7 @@ fn property_a_resumed_study_gives_the_same_branches() {
 #[test]
 fn property_wrong_studies_are_refused_with_line_and_remedy() {
     for (text, said) in [
-        ("case = 'belt-exponential'\n", "the number that varies"),
+        ("case = 'belt-exponential'\n", "the parameter that varies"),
         (
             "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 1.0\nto = 2.0\n",
             "outside the range",
