@@ -95,7 +95,7 @@ impl Page {
         self
     }
 
-    /// Adds any number of parts, such as that of an option.
+    /// Adds all parts; an `Option` adds one or none.
     pub fn with_all(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
         self.parts.extend(parts.into_iter().map(Into::into));
         self
@@ -149,7 +149,7 @@ impl PageTable {
         self
     }
 
-    /// Replaces rows by one that says so.
+    /// Replaces these rows by one row with `words`, such as "... 12 more".
     pub fn without(mut self, rows: Range<usize>, words: &[String]) -> PageTable {
         if !rows.is_empty() {
             self.rows.splice(rows, [words.to_vec()]);

@@ -109,6 +109,23 @@ fn with_times(folder: &Folder, name: &str, time: impl Fn(usize) -> f64) {
     times.write(&changed).unwrap();
 }
 
+/// Nine in ten intervals are equal and so short that the rows between the others cannot be counted.
+#[test]
+fn cli_a_candidate_with_countless_rows_in_a_gap_is_compared() {
+    use std::fmt::Write;
+    let folder = Folder::new();
+    folder.ok("run belt-exponential -q -o belt.h5");
+    let mut csv = "time [s],phi1 [m],phi1_dot [m s-1],relative_velocity [m s-1]\n".to_owned();
+    let short = (1..=1000).map(|row| f64::from(row) * 1e-20);
+    for time in short.chain((1..=90).map(|row| f64::from(row) * 0.01)) {
+        writeln!(csv, "{time:e},0.008,0.309,0.014").unwrap();
+    }
+    std::fs::write(folder.path("countless.csv"), csv).unwrap();
+    let mut command = folder.stickslip("compare belt.h5 countless.csv");
+    let status = command.output().unwrap().status;
+    assert!(matches!(status.code(), Some(0..=2)), "{status}");
+}
+
 #[test]
 fn cli_a_reference_whose_times_are_none_is_refused() {
     let folder = Folder::new();

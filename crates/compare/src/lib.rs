@@ -6,8 +6,8 @@
 //! events; a [`Mapping`] names its columns and their units. Events that it does not state are found in its relative velocity.
 //! The event sequences are aligned first ([`stickslip_system::record::sequence`]). Matched events give the errors of event times, and
 //! the stretches in which both runs are in the same segment. There the channels are compared with the reference sample by sample,
-//! and nothing is compared across an event. A [`CauseKind`] is named if the reference's run with the mistake reproduces the candidate. The
-//! [`Comparison`] has all of it.
+//! and nothing is compared across an event. A [`CauseKind`] is named if the reference's run with the mistake reproduces the
+//! candidate. The [`Comparison`] has all of it.
 //!
 //! A reference, and a table of the events of a solver that is a microsecond late at the second one:
 //!

@@ -285,6 +285,21 @@ impl StudyFile {
         Ok(self.source.described(variable)?.flags)
     }
 
+    /// Names of the members of a group; none if there is no such group. Fails if they are unreadable.
+    pub fn names(&self, group: &str) -> Result<Vec<String>, ResultError> {
+        Ok(self
+            .source
+            .members(group)?
+            .into_iter()
+            .map(|member| member.name)
+            .collect())
+    }
+
+    /// A numeric attribute of a group. Fails if it is unreadable.
+    pub fn number_attribute(&self, group: &str, name: &str) -> Result<Option<f64>, ResultError> {
+        Ok(self.source.attribute(group, name)?.and_then(|value| value.number()))
+    }
+
     /// A numeric attribute of the file, or of a group (`meta/default_rtol`).
     pub fn number(&self, name: &str) -> Option<f64> {
         let (group, name) = name.rsplit_once('/').unwrap_or(("", name));

@@ -66,8 +66,8 @@ impl TargetEvaluator<'_> {
         );
     }
 
-    /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items. `stage`, if there is one, is reported with
-    /// the number of finished items. Returns the pool index at which each item's runs begin, and the end of the last.
+    /// Runs `f` for every item on the threads and appends the results to `pool` in the order of the items. `stage`, if
+    /// there is one, is reported with the number of finished items. Returns the pool index at which each item's runs begin, and the end of the last.
     pub fn each<T: Sync, R: IntoIterator<Item = Evaluation> + Send>(
         &self,
         pool: &mut Vec<Evaluation>,

@@ -164,7 +164,7 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     group.dimension("component", components, "number of the component of the state");
     let mut add = |column: FileColumn| group.over(&["point"], column);
     let owners = all.iter().map(|one| one.0 as i64);
-    add(FileColumn::counts("branch", "the branch that it is of", owners));
+    add(FileColumn::counts("branch", "index of the branch of the point", owners));
     let values_of_axis = only().map(|point| point.value);
     let unit = axis.unit.unwrap_or("1");
     add(FileColumn::numbers(&axis.name, unit, axis.description, values_of_axis));
@@ -233,7 +233,7 @@ fn curves(study: &ContinuationStudy, explored: &Explored) -> Addition {
     group.dimension("curve_point", all.len(), "number of the point");
     let mut add = |column: FileColumn| group.over(&["curve_point"], column);
     let numbers = all.iter().map(|one| one.0 as i64);
-    add(FileColumn::counts("curve", "the curve that it is of", numbers));
+    add(FileColumn::counts("curve", "index of the curve of the point", numbers));
     let (words, codes) = (
         flags(Special::ALL.map(Special::name)),
         all.iter().map(|one| one.1.code()),
@@ -339,7 +339,7 @@ impl Stored {
         let branches = branches.collect();
         let mut curves: Vec<(Special, Vec<[f64; 2]>)> = Vec::new();
         let mut second = None;
-        let names = file.variables("curves");
+        let names = file.names("curves")?;
         let known = ["curve_point", "curve", "special", "curve_period"];
         if let Some(other) = names
             .iter()

@@ -19,8 +19,8 @@ use stickslip_system::watch::Watch;
 
 /// Builder of a sweep; [`Sweep::start`] runs the study into its file.
 ///
-/// The file is made from the journal after the last point or after an interruption. On one kind of machine and with one program version,
-/// the same study gives the same bytes for any number of threads, processes and interruptions.
+/// The file is made from the journal after the last point or after an interruption. On one kind of machine and with one
+/// program version, the same study gives the same bytes for any number of threads, processes and interruptions.
 ///
 /// ```
 /// use stickslip_analysis::Sweep;

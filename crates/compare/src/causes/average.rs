@@ -95,11 +95,8 @@ impl Cause for MovingAverage {
 
     fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
         let names = rows::names(search.evidence, &self.which);
-        let place = if self.centred { "middle" } else { "last" };
-        let words = format!(
-            "{names}: a moving average of {} samples, of which it is the {place} one",
-            self.count
-        );
+        let place = if self.centred { "centred at" } else { "which ends at" };
+        let words = format!("{names}: a moving average of {} samples, {place} the row", self.count);
         (CauseKind::MovingAverage, words)
     }
 

@@ -10,9 +10,10 @@ use crate::diagnosis::CauseKind;
 use std::sync::Arc;
 use stickslip_case::quantity::Dimension;
 
-/// The speeds are those of so much later than their rows, s; earlier if it is negative.
+/// Speeds that are stored beside the positions of another time.
 #[derive(Debug)]
 pub(crate) struct HalfStep {
+    /// Time by which the speeds are later than their rows, s. Negative: earlier.
     late: f64,
 }
 

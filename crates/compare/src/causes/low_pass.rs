@@ -23,7 +23,7 @@ enum Filter {
     Butterworth,
 }
 
-/// FilterCoefficients b0, b1, b2 of x and a1, a2 of y.
+/// Coefficients of a filter: b0, b1, b2 for x, and a1, a2 for y.
 type FilterCoefficients = [f64; 5];
 
 /// Corners that are tried first, in periods per interval, each so many times the one before.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 
-/// Looks at the torque in a natural period, and most of them.
+/// Checks of the torque in a natural period, and the largest number of checks.
 const LOOKS: f64 = 64.0;
 const MOST_LOOKS: usize = 20_000;
 const HALVINGS: usize = 50;
@@ -43,6 +43,7 @@ fn next_breakaway(evidence: &Evidence<'_>, traced: &Traced, time: f64) -> Option
         return None;
     }
     let (mut at, mut has_held, mut step) = (time, false, evidence.period / LOOKS);
+    let mut is_passed = false;
     for _ in 0..MOST_LOOKS {
         let mut next = y.clone();
         if at + step > evidence.end || !go(at, at + step, &mut next) {
@@ -50,10 +51,14 @@ fn next_breakaway(evidence: &Evidence<'_>, traced: &Traced, time: f64) -> Option
         }
         let exceeds = excess(at + step, &next) > 0.0;
         if has_held && exceeds {
+            is_passed = true;
             break;
         }
         has_held |= !exceeds;
         (at, y) = (at + step, next);
+    }
+    if !is_passed {
+        return None;
     }
     for _ in 0..HALVINGS {
         step *= 0.5;
@@ -65,7 +70,7 @@ fn next_breakaway(evidence: &Evidence<'_>, traced: &Traced, time: f64) -> Option
             (at, y) = (at + step, middle);
         }
     }
-    has_held.then_some(at + step - time)
+    Some(at + step - time)
 }
 
 impl Cause for MissedBreakaway {

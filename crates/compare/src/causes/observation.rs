@@ -66,7 +66,7 @@ impl Repetitions {
         }
     }
 
-    /// How often each row stands, if most stand equally often, and more than once.
+    /// Number of successive equal rows, if most rows are repeated equally often; `None` if they are not repeated.
     fn times(&self) -> Option<usize> {
         let all: u64 = self.runs.iter().sum();
         let (times, runs) = self.runs.iter().enumerate().max_by_key(|(_, runs)| **runs)?;
@@ -270,7 +270,7 @@ pub(crate) struct Observation {
     pub sums: Vec<Vec<(usize, f64)>>,
     /// Time since which the rows up to each sample are the same, s.
     pub since: Vec<f64>,
-    /// How often each row stands, if it is more than once.
+    /// Number of successive equal rows, if rows are repeated.
     pub repeated: Option<usize>,
     /// Mean square of the difference from the reference, in parts of the sizes, less a constant of each channel.
     pub constants: f64,

@@ -8,7 +8,7 @@ use super::{Cause, Proposal, rows};
 use crate::diagnosis::CauseKind;
 use std::sync::Arc;
 
-/// Each row is that of the first time at which it stands.
+/// Each row is written `times` times; its values belong to the first of these times.
 #[derive(Debug)]
 pub(crate) struct RepeatedRows {
     times: usize,

@@ -32,7 +32,7 @@ impl EvenRows {
         let first = *seen.time.first()?;
         let place = |time: &f64| {
             let number = (time - first) / interval;
-            let is_even = (number - number.round()).abs() <= UNEVEN;
+            let is_even = (number - number.round()).abs() <= UNEVEN && number <= MOST_ROWS as f64;
             is_even.then_some(number.round() as usize + before)
         };
         let places: Vec<usize> = seen.time.iter().map(place).collect::<Option<_>>()?;

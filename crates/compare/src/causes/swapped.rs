@@ -8,7 +8,7 @@ use super::{Cause, Proposal, rows};
 use crate::diagnosis::CauseKind;
 use std::sync::Arc;
 
-/// For each channel of the candidate the channel of the reference that it is.
+/// Index of the reference's channel in each column of the candidate.
 #[derive(Debug)]
 pub(crate) struct SwappedColumns {
     places: Vec<usize>,

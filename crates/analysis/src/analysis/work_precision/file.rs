@@ -127,7 +127,7 @@ impl StudyResult {
     pub fn read(path: &Path) -> Result<(String, StudyResult), ResultError> {
         let file = StudyFile::open_work_precision(path)?;
         let runs = file.table(group::RUNS)?;
-        let methods = file.flags("runs/method");
+        let methods = file.words("runs/method")?;
         let codes = runs.column("method")?.into_iter();
         let found = codes.map(|code| {
             let name = methods.get(code as usize).filter(|_| code >= 0.0);
@@ -142,10 +142,10 @@ impl StudyResult {
         }
         let mut uncertainty = MethodErrors::default();
         for one in UNCERTAINTIES {
-            let value = file.number(&format!("{}/{}", group::REFERENCE, (one.variable)().name));
+            let value = file.number_attribute(group::REFERENCE, &(one.variable)().name)?;
             (one.set)(&mut uncertainty, value.unwrap_or(f64::NAN));
         }
-        let description = file.text(&format!("{}/description", group::REFERENCE));
+        let description = file.text_attribute(group::REFERENCE, "description")?;
         let result = StudyResult {
             reference: PrecisionReference {
                 description: description.unwrap_or_default(),
@@ -156,6 +156,6 @@ impl StudyResult {
             measurements,
             interrupted: false,
         };
-        Ok((file.text("title").unwrap_or_default(), result))
+        Ok((file.text_attribute("", "title")?.unwrap_or_default(), result))
     }
 }
