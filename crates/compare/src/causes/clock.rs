@@ -4,8 +4,8 @@
 //! candidate's times into the reference's. An *error* is candidate minus reference, as every error of a comparison
 //! ([`OtherClock::offset`]); the offset to add is its negative, [`OtherClock::to_add`].
 
-use super::evidence::{Evidence, TrialStart};
-use super::fit::Fit;
+use super::evidence::Evidence;
+use super::fit::fitted;
 use super::judge::EXPLAINED;
 use super::motion::Played;
 use super::parameters::agreement;
@@ -239,12 +239,7 @@ fn offset_of_samples(search: &Search<'_>) -> Option<f64> {
         .into_iter()
         .map(|add| (cost(add), add))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let fit = Fit {
-        evidence,
-        play: &|add: &[f64]| shifted(search, add[0]),
-        units: &[0.1 * period],
-    };
-    Some(fit.refined(vec![begin.1])?.values[0])
+    fitted(evidence, begin.1, 0.1 * period, &|add| shifted(search, add))
 }
 
 impl Cause for Clocked {
@@ -296,7 +291,7 @@ impl Cause for Clocked {
 
     /// The motion is the reference's, and does not begin in the candidate's own state.
     fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        evidence.starts.get(start) == Some(&TrialStart::Case)
+        rows::is_start_of_case(evidence, start)
     }
 
     /// A clock whose zero is an event of the reference may be that of a solver with errors of its own.

@@ -1,7 +1,7 @@
 //! A clock that runs at another rate: times that are scaled.
 
 use super::evidence::Evidence;
-use super::fit::Fit;
+use super::fit::fitted;
 use super::judge::Judged;
 use super::motion::Played;
 use super::search::Search;
@@ -63,7 +63,7 @@ impl Cause for ClockRate {
         let first = evidence.observation.and_then(|seen| seen.time.first().copied());
         let mut origins = vec![0.0];
         origins.extend(first.filter(|first| *first != 0.0));
-        let fitted = |origin: f64| {
+        let of_origin = |origin: f64| {
             let pairs = evidence.word.iter().zip(evidence.reference);
             let pairs = pairs.filter(|(theirs, ours)| theirs.kind == ours.kind && ours.time != origin);
             let mut ratios: Vec<f64> = pairs.map(|(a, b)| (a.time - origin) / (b.time - origin)).collect();
@@ -74,24 +74,15 @@ impl Cause for ClockRate {
                 .chain([1.0])
                 .filter(|rate| (1.0 / MOST..MOST).contains(rate));
             let rates = begin.filter_map(|begin| {
-                let fit = Fit {
-                    evidence,
-                    play: &|values: &[f64]| {
-                        let rate = ClockRate {
-                            rate: values[0],
-                            origin,
-                        };
-                        rate.played(evidence, start)
-                    },
-                    units: &[UNIT],
-                };
-                Some(fit.refined(vec![begin])?.values[0])
+                fitted(evidence, begin, UNIT, &|rate| {
+                    ClockRate { rate, origin }.played(evidence, start)
+                })
             });
             rates.collect::<Vec<f64>>()
         };
         let rates = origins
             .into_iter()
-            .flat_map(|origin| fitted(origin).into_iter().map(move |rate| (rate, origin)));
+            .flat_map(|origin| of_origin(origin).into_iter().map(move |rate| (rate, origin)));
         let large = rates.filter(|(rate, _)| (rate - 1.0).abs() >= LEAST && (1.0 / MOST..MOST).contains(rate));
         large
             .map(|(rate, origin)| Arc::new(ClockRate { rate, origin }) as Proposal)

@@ -19,6 +19,21 @@ pub(crate) struct Fit<'a> {
     pub units: &'a [f64],
 }
 
+/// The value, found from `begin`, with which a motion is closest to the candidate.
+pub(super) fn fitted(
+    evidence: &Evidence<'_>,
+    begin: f64,
+    unit: f64,
+    play: &dyn Fn(f64) -> Option<Played>,
+) -> Option<f64> {
+    let fit = Fit {
+        evidence,
+        play: &|values: &[f64]| play(values[0]),
+        units: &[unit],
+    };
+    Some(fit.refined(vec![begin])?.values[0])
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct FitPoint {
     pub values: Vec<f64>,

@@ -1,7 +1,7 @@
 //! Speeds that are stored half a step before or after the positions of their rows, as the leap-frog method has them.
 
 use super::evidence::Evidence;
-use super::fit::Fit;
+use super::fit::fitted;
 use super::judge::ALL;
 use super::motion::Played;
 use super::search::Search;
@@ -50,15 +50,8 @@ impl Cause for HalfStep {
         if !speeds.contains(&true) || !has_position {
             return Vec::new();
         }
-        let fitted = |begin: f64| {
-            let fit = Fit {
-                evidence,
-                play: &|values: &[f64]| HalfStep::played(values[0], evidence, start),
-                units: &[half],
-            };
-            Some(fit.refined(vec![begin])?.values[0])
-        };
-        let all = [-half, half].into_iter().flat_map(|late| [Some(late), fitted(late)]);
+        let shown = |begin: f64| fitted(evidence, begin, half, &|late| HalfStep::played(late, evidence, start));
+        let all = [-half, half].into_iter().flat_map(|late| [Some(late), shown(late)]);
         all.flatten()
             .map(|late| Arc::new(HalfStep { late }) as Proposal)
             .collect()

@@ -1,7 +1,7 @@
 //! A kick at another time.
 
 use super::evidence::Evidence;
-use super::fit::Fit;
+use super::fit::fitted;
 use super::judge::ALL;
 use super::motion::Played;
 use super::search::Search;
@@ -50,16 +50,13 @@ impl Cause for KickMoved {
             let mut left: Vec<(f64, f64)> = left.into_iter().flatten().collect();
             left.sort_by(|a, b| a.0.total_cmp(&b.0));
             left.truncate(FITTED);
-            let fitted = over_processors(left.len(), &|| false, |k| {
-                let fit = Fit {
-                    evidence,
-                    play: &|values: &[f64]| at(values[0]).run(evidence, start),
-                    units: &[APART * evidence.period],
-                };
-                Some(fit.refined(vec![left[k].1])?.values[0])
+            let times = over_processors(left.len(), &|| false, |k| {
+                fitted(evidence, left[k].1, APART * evidence.period, &|time| {
+                    at(time).run(evidence, start)
+                })
             });
-            let fitted = fitted.into_iter().flatten().filter(|time| *time != own);
-            found.extend(fitted.map(|time| Arc::new(at(time)) as Proposal));
+            let times = times.into_iter().flatten().filter(|time| *time != own);
+            found.extend(times.map(|time| Arc::new(at(time)) as Proposal));
         }
         found
     }

@@ -1,7 +1,7 @@
 //! One late event, or one early stick; all other events by the equations.
 
 use super::evidence::Evidence;
-use super::fit::Fit;
+use super::fit::fitted;
 use super::judge::{Judged, OF_FITTED};
 use super::motion::{MotionNode, Played, Traced};
 use super::search::Search;
@@ -126,12 +126,7 @@ impl Cause for OneLate {
             let shown = OneLate::shown(evidence, &events[number]);
             let begin: Vec<f64> = BEGIN.map(|part| part * period).into_iter().chain(shown).collect();
             let (_, begin) = begin.iter().filter_map(left).min_by(|a, b| a.0.total_cmp(&b.0))?;
-            let fit = Fit {
-                evidence,
-                play: &|values: &[f64]| play(values[0]),
-                units: &[begin],
-            };
-            let late = fit.refined(vec![begin])?.values[0];
+            let late = fitted(evidence, begin, begin, &play)?;
             let is_near = late.abs() <= FAR * period;
             is_near.then(|| -> Proposal { Arc::new(OneLate { time, late, joined }) })
         });

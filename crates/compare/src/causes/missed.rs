@@ -43,22 +43,19 @@ fn next_breakaway(evidence: &Evidence<'_>, traced: &Traced, time: f64) -> Option
         return None;
     }
     let (mut at, mut has_held, mut step) = (time, false, evidence.period / LOOKS);
-    let mut is_passed = false;
-    for _ in 0..MOST_LOOKS {
+    let mut looks = 0..MOST_LOOKS;
+    loop {
+        looks.next()?;
         let mut next = y.clone();
         if at + step > evidence.end || !go(at, at + step, &mut next) {
             return None;
         }
         let exceeds = excess(at + step, &next) > 0.0;
         if has_held && exceeds {
-            is_passed = true;
             break;
         }
         has_held |= !exceeds;
         (at, y) = (at + step, next);
-    }
-    if !is_passed {
-        return None;
     }
     for _ in 0..HALVINGS {
         step *= 0.5;

@@ -2,7 +2,7 @@
 
 use super::creep::{Creep, SHAPES};
 use super::evidence::Evidence;
-use super::fit::Fit;
+use super::fit::fitted;
 use super::judge::{ALL, EXACT, Judged};
 use super::motion::Played;
 use super::search::Search;
@@ -74,14 +74,9 @@ impl Cause for Smooth {
                 speed: speed.abs(),
                 told: false,
             };
-            let play = |values: &[f64]| of(values[0]).motion(evidence, start, evidence.most_steps);
-            let near = evidence.projected(begin, 1, &|speed| play(&[speed]))?;
-            let fit = Fit {
-                evidence,
-                play: &play,
-                units: &[near],
-            };
-            let cause: Proposal = Arc::new(of(fit.refined(vec![near])?.values[0]));
+            let play = |speed: f64| of(speed).motion(evidence, start, evidence.most_steps);
+            let near = evidence.projected(begin, 1, &play)?;
+            let cause: Proposal = Arc::new(of(fitted(evidence, near, near, &play)?));
             Some(cause)
         });
         found.into_iter().flatten().collect()

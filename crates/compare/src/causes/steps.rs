@@ -1,7 +1,7 @@
 //! Solvers with steps; the step sizes and tolerances follow from the candidate.
 
 use super::evidence::Evidence;
-use super::fit::Fit;
+use super::fit::fitted;
 use super::judge::{ALL, CLOSE, Judged, OF_FITTED};
 use super::motion::Played;
 use super::number;
@@ -366,12 +366,7 @@ impl SteppingSolver {
             } else {
                 speed
             };
-            let fit = Fit {
-                evidence,
-                play: &|values: &[f64]| play(values[0]),
-                units: &[speed],
-            };
-            Some(of(fit.refined(vec![speed])?.values[0]))
+            Some(of(fitted(evidence, speed, speed, &play)?))
         });
         proposals(found.into_iter().flatten())
     }
