@@ -10,8 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_compare::{CompareProgress, CompareStage};
-use stickslip_engine::workers::go_on_unless;
-use stickslip_system::watch::Watch;
+use stickslip_system::watch::{Watch, go_on_unless};
 
 const TICKS: f64 = 1000.0;
 

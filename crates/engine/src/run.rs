@@ -1,10 +1,10 @@
 //! Entry point: one run of a system.
 
 use crate::simulation::{self, Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure};
-use crate::workers::go_on_unless;
 use std::ops::ControlFlow;
 use stickslip_system::model::system::System;
 use stickslip_system::record::{NoRecorder, Recorder};
+use stickslip_system::watch::go_on_unless;
 
 /// A source of a system and its options, such as a case.
 pub trait Runnable {

@@ -1,6 +1,5 @@
 //! Thread pool for independent jobs: runs of a ladder, points of a study, reruns.
 
-use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError, mpsc};
 
 const WAITING: usize = 256;
@@ -8,14 +7,6 @@ const WAITING: usize = 256;
 /// Number of processors that are available, at least 1.
 pub fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// `Break` if `stop`, otherwise `Continue`.
-pub fn go_on_unless(stop: bool) -> ControlFlow<()> {
-    match stop {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    }
 }
 
 /// Runs `job` for each of `items`, started in order, on `threads` threads. `receive` gets the results on the calling

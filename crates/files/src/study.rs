@@ -91,18 +91,16 @@ impl StudyHeader {
         place: &Reservation,
         status: &Status,
     ) -> Result<PathBuf, ResultError> {
-        place.put(status, |made| {
-            let file = self.create(made, schema::WORK_PRECISION_FORMAT, Some(status))?;
+        self.write(schema::WORK_PRECISION_FORMAT, place, status, |file| {
             for (schema, rows, attributes) in tables {
-                let mut table = TableWriter::create(&file, schema)?;
+                let mut table = TableWriter::create(file, schema)?;
                 for row in rows {
                     table.push(&[row]);
                 }
                 table.append()?;
                 write_attributes(&file.group(schema.group)?, attributes)?;
             }
-            self.write_input(&file)?;
-            file.flush()
+            Ok(())
         })
     }
 
@@ -117,9 +115,21 @@ impl StudyHeader {
         place: &Reservation,
         status: &Status,
     ) -> Result<PathBuf, ResultError> {
+        self.write(schema::CONTINUATION_FORMAT, place, status, |file| {
+            groups.iter().try_for_each(|group| group.write(file))
+        })
+    }
+
+    fn write(
+        &self,
+        format: &str,
+        place: &Reservation,
+        status: &Status,
+        content: impl FnOnce(&hdf5::File) -> hdf5::Result<()>,
+    ) -> Result<PathBuf, ResultError> {
         place.put(status, |made| {
-            let file = self.create(made, schema::CONTINUATION_FORMAT, Some(status))?;
-            groups.iter().try_for_each(|group| group.write(&file))?;
+            let file = self.create(made, format, Some(status))?;
+            content(&file)?;
             self.write_input(&file)?;
             file.flush()
         })
@@ -179,7 +189,7 @@ impl StudyFile {
     /// A text attribute of the file (`title`, `status`, `study_digest`) or of a group (`boundary/criterion`).
     pub fn text(&self, name: &str) -> Option<String> {
         let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
-        self.source.text_attribute(group, name).ok()?
+        self.attribute(group, name)
     }
 
     /// Like [`Self::text`]; fails if the attribute is unreadable.
@@ -204,7 +214,7 @@ impl StudyFile {
 
     /// A text attribute of a variable.
     pub fn attribute(&self, variable: &str, name: &str) -> Option<String> {
-        self.source.text_attribute(variable, name).ok()?
+        self.text_attribute(variable, name).ok()?
     }
 
     /// Names of a group's variables (`/` for the points); none if there is no such group.
@@ -303,7 +313,7 @@ impl StudyFile {
     /// A numeric attribute of the file, or of a group (`meta/default_rtol`).
     pub fn number(&self, name: &str) -> Option<f64> {
         let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
-        self.source.attribute(group, name).ok()??.number()
+        self.number_attribute(group, name).ok()?
     }
 
     /// Whether a variable has integer values.

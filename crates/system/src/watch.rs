@@ -4,6 +4,14 @@ use std::fmt::Arguments;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// `Break` if `stop`, otherwise `Continue`.
+pub fn go_on_unless(stop: bool) -> ControlFlow<()> {
+    match stop {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
+}
+
 /// Observer of a long computation: it learns the progress, and may end the computation in good order.
 ///
 /// A flag ends the computation once it is set, and a function once it returns true. `()` never does.
@@ -13,10 +21,7 @@ pub trait Watch: Sync {
 
     /// Learns that `done` of `of` parts are done, and in words what is being computed. `Break` if [`Self::stopped`].
     fn at(&self, _done: f64, _of: f64, _what: Arguments<'_>) -> ControlFlow<()> {
-        match self.stopped() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(self.stopped())
     }
 }
 

@@ -7,9 +7,9 @@
 use stickslip_case::{Case, CaseNumber, WrittenCase};
 use stickslip_engine::simulation::{Excitation, MovedCases, MovedSystem, variation};
 use stickslip_engine::simulation::{Method, OutputOptions, RunFailure, SolverOptions};
-use stickslip_engine::workers::go_on_unless;
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, EventKind, Recorder, RecorderError};
+use stickslip_system::watch::go_on_unless;
 
 pub(super) const RTOL: f64 = 1e-13;
 

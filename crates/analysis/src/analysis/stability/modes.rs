@@ -11,7 +11,6 @@ use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::natural_period;
 use stickslip_engine::simulation::{OutputOptions, RunReport, SolverOptions};
-use stickslip_engine::workers::go_on_unless;
 use stickslip_system::friction::{FrictionLaw, Law};
 use stickslip_system::model::Mode;
 use stickslip_system::model::equations::SystemEquations;
@@ -19,6 +18,7 @@ use stickslip_system::model::stability::fast_growth_rate;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::numerics::bisection::bisect;
 use stickslip_system::record::State;
+use stickslip_system::watch::go_on_unless;
 
 const CURVE: usize = 201;
 
