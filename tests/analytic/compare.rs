@@ -123,7 +123,7 @@ mod clock {
 }
 
 mod crossings {
-    use stickslip::compare::crossings::Crossings;
+    use stickslip::compare::detect::Crossings;
     use stickslip::record::EventKind;
 
     #[test]
@@ -293,7 +293,7 @@ mod detect {
 mod hysteresis {
     use stickslip::compare::Block;
     use stickslip::compare::Channel;
-    use stickslip::compare::hysteresis::HysteresisPass;
+    use stickslip::compare::detect::HysteresisPass;
     use stickslip::compare::{Detection, Detector, Found, Point};
     use stickslip::record::EventKind;
 
@@ -399,7 +399,7 @@ mod stretches {
 
 mod range {
     use stickslip::compare::Block;
-    use stickslip::compare::range::Range;
+    use stickslip::compare::statistics::PositionRange;
 
     #[test]
     fn analytic_extremes_between_samples_are_those_of_parabolas() {
@@ -407,7 +407,7 @@ mod range {
             time: (0..20).map(f64::from).collect(),
             columns: vec![(0..20).map(|k| 1.0 - (f64::from(k) - 7.3).powi(2)).collect()],
         };
-        let mut range = Range::new(2.0, 11.0);
+        let mut range = PositionRange::new(2.0, 11.0);
         range.add(&block, 0);
         let (low, high) = range.extremes.unwrap();
         assert!((high - 1.0).abs() < 1e-12 && (low - (1.0 - 5.3f64.powi(2))).abs() < 1e-12);
@@ -460,7 +460,7 @@ mod resolution {
 
 mod torques {
     use stickslip::compare::Found;
-    use stickslip::compare::torques::TorqueWatch;
+    use stickslip::compare::survey::TorqueWatch;
     use stickslip::record::EventKind;
 
     #[test]
