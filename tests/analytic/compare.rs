@@ -378,8 +378,8 @@ mod hysteresis {
     }
 }
 
-mod stretches {
-    use stickslip::compare::causes::equations::stretches::{POINTS, weights};
+mod equations {
+    use stickslip::compare::causes::equations::{POINTS, weights};
 
     #[test]
     fn analytic_weights_integrate_polynomials_through_uneven_samples() {

@@ -139,7 +139,6 @@ pub use wrong_event::WrongEvent;
 
 use benchmark::BenchmarkProblem;
 use causes::creep::{Creep, CreepPass};
-use causes::equations::StretchPass;
 use causes::{Causes, EXPLAINED, JumpPass, ObservationPass, Passes, Shown, clock};
 use comparison::channel_errors;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
@@ -401,7 +400,7 @@ impl Reference {
             }
             let position = self.position(&candidate, &all, slack);
             let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
-            let passes = self.passes(&candidate, &found, detection, (wrong - period, wrong + period));
+            let passes = self.passes(&candidate, (wrong - period, wrong + period));
             let found = (!events_given).then_some((&found[..], begins));
             Some(self.states(
                 &candidate,
@@ -486,6 +485,7 @@ impl Reference {
                     false => Some(f64::INFINITY),
                 },
                 wrong: first_wrong.as_ref().map(|event| event.time),
+                tolerance: detection.velocity_tolerance,
                 detected: (!events_given).then_some(detection),
             };
             let passes = states.as_mut().and_then(|states| states.passes.take());
@@ -643,28 +643,14 @@ impl Reference {
         of_values + (LARGER * physics.natural_angular_frequency() * quantum / 2.0).powi(2)
     }
 
-    fn passes(
-        &self,
-        candidate: &Candidate,
-        found: &[Found],
-        detection: Detection,
-        window: (f64, f64),
-    ) -> Option<Passes<'_>> {
+    fn passes(&self, candidate: &Candidate, window: (f64, f64)) -> Option<Passes<'_>> {
         if candidate.is_own() {
             return None;
         }
         let physics = &self.physics;
-        let (channels, period) = (candidate.channels(physics), physics.natural_period());
-        let of_reference = self.events.iter().filter(|e| !e.kind.in_event_sequence());
-        let breaks = found.iter().map(|f| f.time).chain(of_reference.map(|e| e.time));
-        let stick_slip = match (found.first(), found.last()) {
-            (Some(first), Some(last)) => (first.time - 40.0 * period, last.time + 10.0 * period),
-            _ => self.stretch(),
-        };
-        let tolerance = detection.velocity_tolerance;
+        let channels = candidate.channels(physics);
         let kick = self.kick_event().map_or(f64::INFINITY, |kick| kick.time);
         Some(Passes {
-            stretches: StretchPass::new(physics, &channels, tolerance, stick_slip, breaks.collect()),
             jump: JumpPass::new(physics, &channels, kick),
             observation: ObservationPass::new(&channels, candidate, window),
         })
@@ -749,7 +735,6 @@ impl Reference {
         while rows.next(&mut block)? {
             pass.add(&block)?;
             if let Some(passes) = &mut passes {
-                passes.stretches.add(&block);
                 passes.jump.add(&block);
                 passes.observation.add(&block);
             }

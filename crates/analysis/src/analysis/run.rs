@@ -14,8 +14,7 @@ use stickslip_case::Case;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Progress, RunFailure, RunReport, Section, SolverOptions};
 use stickslip_files::{
-    Addition, Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, SavedRows, Status,
-    StickSlipTable,
+    Addition, Header, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, SavedRows, Status, StickSlipTable,
 };
 use stickslip_system::record::Recorder;
 use stickslip_system::watch::Watch;
@@ -43,6 +42,18 @@ pub struct Recorded {
     pub wall_time: f64,
     /// State at the end of a complete run, and the mean time between its sections (s).
     end: Option<(Section, Option<f64>)>,
+}
+
+impl Recorded {
+    /// Adds the witness and, to a complete run, `additions`, and closes the file.
+    fn finish(&self, mut writer: ResultWriter, additions: &[Addition]) -> Result<PathBuf, ResultError> {
+        let mut all: Vec<Addition> = self.witness.iter().flat_map(Witness::additions).collect();
+        if self.status == Status::Complete {
+            all.extend_from_slice(additions);
+        }
+        writer.add(&all)?;
+        writer.finish(self.status.clone(), &self.table, self.wall_time)
+    }
 }
 
 /// Runs a case into a recorder. A complete run gets a witness if one is `wanted`.
@@ -250,14 +261,7 @@ impl<'a> SavedRun<'a> {
             self.watch,
         )?;
         let saved = writer.saved();
-        let mut additions: Vec<Addition> = run.witness.iter().flat_map(Witness::additions).collect();
-        if run.status == Status::Complete {
-            additions.extend_from_slice(self.additions);
-        }
-        let finished = writer
-            .add(&additions)
-            .and_then(|()| writer.finish(run.status.clone(), &run.table, run.wall_time));
-        let (file, unsaved) = match finished {
+        let (file, unsaved) = match run.finish(writer, self.additions) {
             Ok(file) => (file, None),
             Err(error) => (partial, Some(error)),
         };
@@ -326,14 +330,8 @@ impl KeptReport {
     /// # Errors
     /// A file that must not be replaced exists, or writing fails.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
-        let run = &self.run;
-        let witness = run.witness.as_ref().map(Witness::additions);
-        let end = KeptEnd {
-            status: &run.status,
-            stick_slip: &run.table,
-            witness: witness.as_ref().map_or(&[], |additions| &additions[..]),
-            wall_time: run.wall_time,
-        };
-        ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)
+        let mut writer = ResultWriter::create(path, overwrite, &[], &self.header)?;
+        writer.replay(rows)?;
+        self.run.finish(writer, &[])
     }
 }
