@@ -653,11 +653,7 @@ impl Reference {
         of_values + (LARGER * physics.natural_angular_frequency() * quantum / 2.0).powi(2)
     }
 
-    fn passes(
-        &self,
-        candidate: &Candidate,
-        window: (f64, f64),
-    ) -> Option<Passes<'_>> {
+    fn passes(&self, candidate: &Candidate, window: (f64, f64)) -> Option<Passes<'_>> {
         if candidate.is_own() {
             return None;
         }
