@@ -95,12 +95,8 @@ fn results_typed_columns_are_those_of_memory() -> Outcome {
     let file = ResultFile::open(&path)?;
     for table in &kept.rows.tables {
         for (variable, values) in table.schema.variables.iter().zip(&table.columns) {
-            assert_eq!(
-                &file.typed_column(table.schema.group, &variable.name)?,
-                values,
-                "{}",
-                variable.name
-            );
+            let found = &file.typed_column(table.schema.group, &variable.name)?;
+            assert_eq!(found, values, "{}", variable.name);
         }
     }
     let names: Vec<String> = file.tables()?.into_iter().map(|(group, _)| group).collect();
@@ -143,11 +139,8 @@ fn cli_a_captured_command_gives_report_and_document() -> Outcome {
     assert!(document["natural_period"].is_number());
     let (_, wrong) = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
     let error = wrong.expect_err("a misspelt key");
-    assert!(
-        error.is_input() && error.text().contains("friction.decay"),
-        "{}",
-        error.text()
-    );
+    assert!(error.is_input(), "{}", error.text());
+    assert!(error.text().contains("friction.decay"), "{}", error.text());
     let (_, usage) = captured(&["no-such-command"]);
     assert!(usage.is_err_and(|error| error.is_input()));
     Ok(())
