@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
     let result = work_precision::run(&study, &())?.ok_or("interrupted")?;
-    save(&plot::work_precision::figure(&study.title, &result))
+    save(&plot::work_precision::figure(&study.head.title, &result))
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {

@@ -216,7 +216,7 @@ fn cli_the_built_in_study_is_found_by_name() {
     let text = STUDIES[0].text;
     let study = PrecisionStudy::parse(StudySource::find("work-precision", STUDIES).unwrap()).unwrap();
     assert_eq!(
-        (study.source.text.as_str(), study.source.name.as_str()),
+        (study.head.source.text.as_str(), study.head.source.name.as_str()),
         (text, "work-precision")
     );
 }

@@ -19,6 +19,6 @@ mod target;
 
 pub use output::write_file;
 pub use region::{Correlation, Determined, Interval};
-pub use search::{Calibration, CalibrationError, Compromise, calibrate};
+pub use search::{Calibration, Compromise, calibrate};
 pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy};
 pub use target::{Role, Target, TargetResult};

@@ -4,10 +4,9 @@
 //! through derivatives in double precision. Each correction is smaller than the previous one by the error of these
 //! derivatives, about eight digits. This contraction proves the cycle and bounds the distance to it.
 
-use super::error::CycleError;
-use super::family::Family;
-use super::forcing::in_the_long_run;
+use super::family::{Family, in_the_long_run};
 use super::orbit::Orbit;
+use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -35,40 +34,6 @@ const LEAST_CONTRACTION: f64 = 1e-3;
 const SAFETY: f64 = 10.0;
 
 const DIGITS_OF_PI: usize = 650;
-
-/// Reason why a cycle is not certified.
-#[derive(Debug, thiserror::Error)]
-pub enum NotCertified {
-    /// Error of the oracle.
-    #[error(transparent)]
-    Oracle(#[from] OracleError),
-    /// Error of the cycle in double precision.
-    #[error(transparent)]
-    Cycle(#[from] CycleError),
-    /// The corrections do not shrink.
-    #[error(
-        "not certified: after {corrections} corrections by the exact solver the last one is {ratio:.1e} of the one before, where the \
-         derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
-         double precision"
-    )]
-    NoContraction {
-        /// Number of corrections.
-        corrections: usize,
-        /// Ratio of the last two.
-        ratio: f64,
-    },
-    /// The oracle finds another sequence of events.
-    #[error("not certified: the exact solution has other events than the cycle ({found}, not {expected})")]
-    OtherEvents {
-        /// Events of the oracle's motion.
-        found: String,
-        /// Events of the cycle.
-        expected: String,
-    },
-    /// The matrix is singular.
-    #[error("not certified: the cycle is neutral, so that its neighbours are cycles as well")]
-    Neutral,
-}
 
 /// Number with its error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -203,7 +168,7 @@ pub fn certify(
     digits: u32,
     periods_before: u32,
     watch: &dyn Watch,
-) -> Result<CycleCertificate, NotCertified> {
+) -> Result<CycleCertificate, Error> {
     let pi = pi();
     let member = family.at(&orbit.values, false)?;
     let system = system_from(&exact.system, orbit.time, &pi);
@@ -233,7 +198,7 @@ pub fn certify(
         y[j] += 1.0;
         of_state(&y)[i] - own[i]
     });
-    let back = change.clone().try_inverse().ok_or(NotCertified::Neutral)?;
+    let back = change.clone().try_inverse().ok_or_else(neutral)?;
     let wanted = WantedResults {
         derivatives: Some(&[]),
         extrema: false,
@@ -241,7 +206,7 @@ pub fn certify(
     };
     let state = DVector::from_column_slice(&orbit.state);
     let start = (orbit.time, &state);
-    let shot = shoot((&member.system, member.threshold), start, orbit.period, wanted).map_err(CycleError::from)?;
+    let shot = shoot((&member.system, member.threshold), start, orbit.period, wanted)?;
     // (M - I, f; f 0) in stated components. The plane across the flow uses the components' sizes.
     let matrix = &change * &shot.by_state * &back;
     let (end_flow, flow) = (&change * &shot.end_rates, &change * &shot.start_rates);
@@ -284,18 +249,19 @@ pub fn certify(
             watch.at(corrections as f64, MOST_CORRECTIONS as f64, what)
         };
         if go_on(0.0).is_break() {
-            return Err(CycleError::Interrupted.into());
+            return Err(Error::interrupted());
         }
         let report = run((&system, &exact.threshold), &x, &period, computed, &mut go_on)?;
         let kinds: Vec<&str> = sequence(&report).map(|event| event.kind.name()).collect();
         if kinds != expected {
-            return Err(NotCertified::OtherEvents {
-                found: listed(&kinds),
-                expected: listed(&expected),
-            });
+            return Err(Error::computation(format!(
+                "not certified: the exact solution has other events than the cycle ({}, not {})",
+                listed(&kinds),
+                listed(&expected)
+            )));
         }
         let Some((_, end)) = report.samples.last() else {
-            return Err(NotCertified::Neutral);
+            return Err(neutral());
         };
         let end = stated(end);
         // Every step stays in the plane across the flow.
@@ -303,7 +269,7 @@ pub fn certify(
         for i in 0..size {
             right[i] = -nearest_double(&(&end[i] - &x[i]));
         }
-        let step = solver.solve(&right).ok_or(NotCertified::Neutral)?;
+        let step = solver.solve(&right).ok_or_else(neutral)?;
         let length = step.iter().zip(sizes.iter().chain([&orbit.period]));
         let length = length.map(|(step, size)| step.abs() / size);
         let length = length.fold(0.0, f64::max);
@@ -315,7 +281,7 @@ pub fn certify(
         if small && let Some(moved) = moved {
             let contraction = if ratio.is_nan() { 0.0 } else { ratio };
             if contraction > LEAST_CONTRACTION {
-                return Err(NotCertified::NoContraction { corrections, ratio });
+                return Err(no_contraction(corrections, ratio));
             }
             let resolved = 10f64.powi(-(computed as i32) + 2);
             let of_period = if forced { 0.0 } else { step[size].abs() * SAFETY };
@@ -364,7 +330,7 @@ pub fn certify(
             });
         }
         if corrections > 3 && ratio > LEAST_CONTRACTION.sqrt() && length > 10f64.powi(-(digits as i32)) {
-            return Err(NotCertified::NoContraction { corrections, ratio });
+            return Err(no_contraction(corrections, ratio));
         }
         before = length;
         for (x, step) in x.iter_mut().zip(step.iter()) {
@@ -379,10 +345,19 @@ pub fn certify(
         period = rounded(&period, bits);
         last = Some(report);
     }
-    Err(NotCertified::NoContraction {
-        corrections: MOST_CORRECTIONS,
-        ratio,
-    })
+    Err(no_contraction(MOST_CORRECTIONS, ratio))
+}
+
+fn no_contraction(corrections: usize, ratio: f64) -> Error {
+    Error::computation(format!(
+        "not certified: after {corrections} corrections by the exact solver the last one is {ratio:.1e} of the one before, where the \
+         derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
+         double precision"
+    ))
+}
+
+fn neutral() -> Error {
+    Error::computation("not certified: the cycle is neutral, so that its neighbours are cycles as well")
 }
 
 fn listed(kinds: &[&str]) -> String {

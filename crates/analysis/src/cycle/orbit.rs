@@ -1,8 +1,8 @@
 //! Periodic motion and its description.
 
 use super::equations::Guess;
-use super::error::CycleError;
 use super::family::{Family, Member};
+use crate::error::Error;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 use stickslip_engine::simulation::{Border, Margin, Shot, ShotPhase, WantedResults, shoot};
@@ -114,7 +114,7 @@ pub struct OrbitEvent {
 }
 
 /// Periodic motion.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Orbit {
     /// Period, s.
     pub period: f64,
@@ -195,7 +195,7 @@ impl Orbit {
         guess: &Guess,
         (error, iterations): (f64, usize),
         stop: &dyn Fn() -> bool,
-    ) -> Result<Orbit, CycleError> {
+    ) -> Result<Orbit, Error> {
         let member: Member = family.at(&guess.values, false)?;
         let wanted = WantedResults {
             derivatives: Some(&[]),

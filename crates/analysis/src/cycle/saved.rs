@@ -1,16 +1,15 @@
 //! Cycle as a case, whose run over one period is an ordinary result, and the cycle's group in the file.
 
-use super::equations::Guess;
-use super::error::CycleError;
+use super::equations::{Guess, motion};
 use super::family::Family;
-use super::find::motion;
 use super::find::{closed, in_slip, to_slip};
 use super::orbit::{MultiplierKind, Orbit};
+use crate::error::Error;
 use nalgebra::DVector;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
 use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
-use stickslip_files::{Addition, FileColumn, Reason, ResultError, ResultFile, schema::group};
+use stickslip_files::{Addition, FileColumn, Reason, ResultFile, schema::group};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
 
@@ -19,7 +18,7 @@ const SAMPLES: f64 = 1000.0;
 impl Orbit {
     /// Case of one period of the motion. It starts at phase zero of the case's drives; for an autonomous motion, in
     /// the middle of the longest slip. Signals keep their final values, and there are no kicks.
-    pub fn case(&self, family: &Family) -> Result<Case, CycleError> {
+    pub fn case(&self, family: &Family) -> Result<Case, Error> {
         let member = family.at(&self.values, false)?;
         let mut state = DVector::from_column_slice(&self.state);
         if let Some(period) = member.period
@@ -177,10 +176,10 @@ impl Orbit {
 }
 
 /// Finds the cycle of a file again, and returns family, orbit, and original case.
-pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), CycleFileError> {
+pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), Error> {
     let text = |name: &str| {
         let found = file.text_variable(group::CYCLE, name)?;
-        found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))
+        Ok::<_, Error>(found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))?)
     };
     let source = CaseSource {
         text: text("source")?,
@@ -234,16 +233,4 @@ pub struct CycleOrigin {
     pub changes: Vec<Override>,
     /// Drive periods from the start of the file to the orbit's time origin.
     pub periods_before: u32,
-}
-
-/// Error of reading a cycle.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "each variant is described by its message")]
-pub enum CycleFileError {
-    #[error(transparent)]
-    File(#[from] ResultError),
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    #[error(transparent)]
-    Cycle(#[from] CycleError),
 }

@@ -14,6 +14,7 @@ use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
 use super::truth::Truth;
+use crate::error::Error;
 use serde::{Serialize, Serializer};
 use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
@@ -22,17 +23,6 @@ use stickslip_engine::simulation::{Method, RunReport};
 use stickslip_oracle::{OracleError, OracleRequest, solve};
 use stickslip_system::record::{Event, EventKind, NoRecorder};
 use stickslip_system::watch::Watch;
-
-/// Error of a study.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// Unusable file of true events.
-    #[error("{0}")]
-    Truth(String),
-    /// The reference cannot be computed.
-    #[error("{0}")]
-    NoReference(String),
-}
 
 /// Reference events of a study.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,7 +115,7 @@ pub struct StudyResult {
 ///
 /// # Errors
 /// There is no reference.
-pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResult>, StudyError> {
+pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResult>, Error> {
     let Some(reference) = reference(study, watch)? else {
         return Ok(None);
     };
@@ -170,12 +160,12 @@ fn integrate(case: &Case, watch: &dyn Watch) -> Result<Option<RunReport>, String
     }
 }
 
-fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<PrecisionReference>, StudyError> {
+fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<PrecisionReference>, Error> {
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
-            let truth = Truth::read(path).map_err(StudyError::Truth)?;
+            let truth = Truth::read(path).map_err(Error::input)?;
             if let Some((_, _, case)) = study.runs.first() {
-                truth.check_case(case).map_err(StudyError::Truth)?;
+                truth.check_case(case).map_err(Error::input)?;
             }
             PrecisionReference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -201,7 +191,7 @@ fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<Precisi
     };
     if reference.events.is_empty() {
         let why = "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer";
-        return Err(StudyError::NoReference(why.to_owned()));
+        return Err(Error::computation(why));
     }
     Ok(Some(reference))
 }
@@ -212,7 +202,7 @@ fn by_runs(
     [method, check]: [Method; 2],
     rtol: f64,
     watch: &dyn Watch,
-) -> Result<Option<PrecisionReference>, StudyError> {
+) -> Result<Option<PrecisionReference>, Error> {
     let mut sequences = Vec::with_capacity(2);
     for (done, case) in study.reference_cases.iter().enumerate() {
         let by = case.solver.method;
@@ -221,7 +211,7 @@ fn by_runs(
         }
         let report = integrate(case, watch).map_err(|failure| {
             let by = by.name();
-            StudyError::NoReference(format!(
+            Error::computation(format!(
                 "the reference cannot be computed: method {by} fails: {failure}; name other methods in [reference], or a truth"
             ))
         })?;
@@ -239,7 +229,7 @@ fn by_runs(
             .get(parting)
             .or(checked.get(parting))
             .map_or(f64::NAN, |event| event.1);
-        return Err(StudyError::NoReference(format!(
+        return Err(Error::computation(format!(
             "there is no reference: {} and {} at rtol {rtol:e} disagree in the sequence of events ({} and {}), first at t = {time:.9} s, \
              so no error can be measured. Without a perturbation that stands above rounding no method converges: set one, tighten \
              reference.rtol, or name a truth",
