@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         save(&Figure { name, ..figure })?;
     }
     let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
-    let result = work_precision::run(&study, &())?.ok_or("interrupted")?;
+    let result = work_precision::run(&study, &())?;
     save(&plot::work_precision::figure(&study.head.title, &result))
 }
 

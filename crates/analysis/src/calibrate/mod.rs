@@ -17,7 +17,7 @@ mod search;
 mod study;
 mod target;
 
-pub use output::write_file;
+pub use output::CalibrationRun;
 pub use region::{Correlation, Determined, Interval};
 pub use search::{Calibration, Compromise, calibrate};
 pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy};

@@ -2,10 +2,10 @@
 
 use super::curve::{DISTANCE, border_point};
 use super::ending::EndReason;
-use super::follow::{BranchFollower, FoundPoint, LOCATED, MOST_HALVINGS, SHORT};
+use super::follow::{BranchFollower, FoundPoint, LOCATED, MOST_HALVINGS, Ray, SHORT};
 use super::manifold::Measured;
 use super::special::{Special, Station, Trial, scaled};
-use crate::cycle::{Border, Local, Nearest, NewtonEquations as _, What, tangent};
+use crate::cycle::{Border, Nearest, NewtonEquations as _, What, tangent};
 use crate::error::{Error, attempt};
 use nalgebra::DVector;
 
@@ -28,12 +28,7 @@ const JUMPED: f64 = 50.0;
 impl<'a> BranchFollower<'a> {
     /// Locates the border and continues beyond it, if a step changes the sequence of events or finds no solution.
     /// `None`: there is no border, and a shorter step may stay on the branch.
-    pub(super) fn border(
-        &mut self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-    ) -> Result<Option<Vec<FoundPoint>>, Error> {
+    pub(super) fn border(&mut self, ray: &mut Ray<'_, 'a>, step: f64) -> Result<Option<Vec<FoundPoint>>, Error> {
         let word = self.current.measured.orbit.word.clone();
         let (mut low, mut high) = (0.0, step);
         let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
@@ -42,7 +37,7 @@ impl<'a> BranchFollower<'a> {
             if high - low <= LOCATED * step || middle <= low || middle >= high {
                 break;
             }
-            match attempt(self.trial_near(local, at, middle, step))?.flatten() {
+            match attempt(self.trial_near(ray, middle, step))?.flatten() {
                 Some(trial) if trial.station.measured.orbit.word == word => {
                     low = middle;
                     last = Some(trial);
@@ -70,7 +65,7 @@ impl<'a> BranchFollower<'a> {
             let rests = matches!(self.manifold.what, What::Steady(_)) && speed(&station) < AT_BORDER * fastest;
             self.accept(station.clone());
             if !rests {
-                self.failure = Some(self.reason(local, &(at.0 + at.1 * high)));
+                self.failure = Some(self.reason(ray.local, &(ray.x + ray.along * high)));
             }
             if low > 0.0 {
                 found.push(FoundPoint::Point(Box::new(station)));
@@ -87,8 +82,8 @@ impl<'a> BranchFollower<'a> {
             }
             _ => true,
         };
-        found.extend(self.between(local, at, low, &station)?.into_iter().filter(apart));
-        let edge = local.unknowns(&station.measured.guess);
+        found.extend(self.between(ray, low, &station)?.into_iter().filter(apart));
+        let edge = ray.local.unknowns(&station.measured.guess);
         let mut beyond = None;
         // The branch continues unless it jumps. Derivatives are inaccurate near a border, so it continues from a
         // distant point if possible.
@@ -98,7 +93,7 @@ impl<'a> BranchFollower<'a> {
             (at_border, beyond) = (Some(station), farther);
         }
         if beyond.is_none() {
-            beyond = self.folded(local, &edge, at.1, &word)?.or(at_border);
+            beyond = self.folded(ray, &edge, &word)?.or(at_border);
         }
         let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
         // Both sides see the same border.
@@ -122,7 +117,12 @@ impl<'a> BranchFollower<'a> {
         let along = scaled(&local, &station.direction);
         for step in [1e-2, 1e-3, 1e-4, 1e-5] {
             for sign in [1.0, -1.0] {
-                let trial = self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest);
+                let ray = &mut Ray {
+                    local: &mut local,
+                    x: &x,
+                    along: &(&along * sign),
+                };
+                let trial = self.trial(ray, step * self.steps.longest);
                 // A step back across the border has the previous events.
                 let same = |trial: &Trial| trial.station.measured.orbit.word == station.measured.orbit.word;
                 if let Some(trial) = attempt(trial)?.flatten().filter(same) {
@@ -192,30 +192,28 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// First point beyond a border at which the branch turns back.
-    fn folded(
-        &self,
-        local: &mut Local<'a>,
-        edge: &DVector<f64>,
-        along: &DVector<f64>,
-        word: &[u8],
-    ) -> Result<Option<Station>, Error> {
+    fn folded(&self, ray: &mut Ray<'_, 'a>, edge: &DVector<f64>, word: &[u8]) -> Result<Option<Station>, Error> {
         for share in BEYOND {
-            let outside = edge + along * (share * self.steps.longest);
-            let Ok((residual, jacobian)) = local.evaluate(&outside) else {
+            let outside = edge + ray.along * (share * self.steps.longest);
+            let Ok((residual, jacobian)) = ray.local.evaluate(&outside) else {
                 continue;
             };
-            let there = local.last.as_ref().map(crate::cycle::word);
+            let there = ray.local.last.as_ref().map(crate::cycle::word);
             if there.is_none_or(|there| there == word) || residual.amax() > JUMPED * share * self.steps.longest {
                 continue;
             }
-            let Some(direction) = tangent(&jacobian, along) else {
+            let Some(direction) = tangent(&jacobian, ray.along) else {
                 continue;
             };
             for sign in [1.0, -1.0] {
-                let direction = &direction * sign;
+                let ray = &mut Ray {
+                    local: &mut *ray.local,
+                    x: edge,
+                    along: &(&direction * sign),
+                };
                 for step in [1e-2, 1e-3, 1e-1] {
                     let step = step * self.steps.longest;
-                    let trial = attempt(self.trial(local, (edge, &direction), step))?.flatten();
+                    let trial = attempt(self.trial(ray, step))?.flatten();
                     if let Some(trial) = trial.filter(|trial| trial.station.measured.orbit.word != word) {
                         return Ok(Some(trial.station));
                     }

@@ -5,14 +5,14 @@ use super::explore::{Branch, BranchPoint, Explored, Explorer};
 use super::special::Special;
 use super::study::ContinuationStudy;
 use crate::analysis::Deadline;
-use crate::cycle::{CycleStability, Family};
+use crate::cycle::{CycleStability, Family, in_units};
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
 use crate::sweep::journal_path;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use stickslip_case::{Motion, quantity::Dimension};
+use stickslip_case::Motion;
 use stickslip_files::schema::{META_POINT_COMMAND, Variable, attribute};
 use stickslip_files::{
     Addition, AttributeValue, DeclaredColumn, FileColumn, Reservation, ResultError, Status, StudyFile, StudyHeader,
@@ -84,8 +84,8 @@ const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
     Variable::quantity("largest_position", "rad", "largest position"), p.position.1, p.position.1 = x;
     Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), p.relative_velocity.0, p.relative_velocity.0 = x;
     Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), p.relative_velocity.1, p.relative_velocity.1 = x;
-    Variable::words("stability", "stability: growth of small disturbances", flags(STABILITIES.map(CycleStability::name))),
-        index(&STABILITIES, &p.stability), p.stability = STABILITIES[(x as usize).min(2)];
+    Variable::words("stability", "stability: growth of small disturbances", flags(CycleStability::NAMES)),
+        f64::from(p.stability as i8), p.stability = STABILITIES[(x as usize).min(2)];
     Variable::count("unstable", "multipliers above 1 in magnitude, or eigenvalues with a positive real part"),
         p.unstable as f64, p.unstable = x as usize;
     Variable::words("special", "kind of special point", words_of_specials()),
@@ -124,11 +124,6 @@ fn words_of_specials() -> Vec<(i64, String)> {
     std::iter::once(none)
         .chain(flags(Special::ALL.map(Special::name)))
         .collect()
-}
-
-/// Code of a value: its place in the list of all values.
-fn index<T: PartialEq>(all: &[T], value: &T) -> f64 {
-    all.iter().position(|one| one == value).unwrap_or(0) as f64
 }
 
 fn flags<'a>(words: impl IntoIterator<Item = &'a str>) -> Vec<(i64, String)> {
@@ -217,13 +212,9 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     let owners = all.iter().map(|one| one.0 as i64);
     add(FileColumn::counts("branch", "index of the branch of the point", owners));
     add(axis.column(only().map(|point| point.value)));
-    let in_units = |declared: &DeclaredColumn<BranchPoint>| {
-        let mut column = declared.of(only());
-        let of_rotation = [Dimension::Angle, Dimension::AngularVelocity];
-        if let Some(dimension) = of_rotation.into_iter().find(|one| one.unit() == column.variable.units) {
-            column.variable.units = motion.dimension(dimension).unit().to_owned();
-        }
-        column
+    let in_units = |declared: &DeclaredColumn<BranchPoint>| FileColumn {
+        variable: in_units((declared.variable)(), motion),
+        ..declared.of(only())
     };
     let (before, after) = POINT_COLUMNS.split_at(POINT_COLUMNS.len() - 1);
     before.iter().map(in_units).for_each(&mut add);

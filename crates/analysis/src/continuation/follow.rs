@@ -68,6 +68,13 @@ pub(super) const MARKED: usize = 8;
 pub(super) const IS_SPECIAL: usize = 0;
 pub(super) const IS_END: usize = 1;
 
+/// A point in scaled unknowns, and a direction from it.
+pub(super) struct Ray<'l, 'a> {
+    pub local: &'l mut Local<'a>,
+    pub x: &'l DVector<f64>,
+    pub along: &'l DVector<f64>,
+}
+
 pub(crate) struct BranchFollower<'a> {
     pub(super) manifold: Manifold<'a>,
     pub(super) steps: &'a FollowSteps,
@@ -248,8 +255,13 @@ impl<'a> BranchFollower<'a> {
         let x = local.unknowns(&self.current.measured.guess);
         let along = scaled(&local, &self.current.direction);
         let shortest = SHORTEST * self.steps.longest;
+        let ray = &mut Ray {
+            local: &mut local,
+            x: &x,
+            along: &along,
+        };
         loop {
-            let trial = attempt(self.trial(&mut local, (&x, &along), self.step))?.flatten();
+            let trial = attempt(self.trial(ray, self.step))?.flatten();
             self.failure = None;
             let Some(trial) = trial else {
                 let small = self.current.measured.swing() < SMALL * self.swing;
@@ -260,7 +272,7 @@ impl<'a> BranchFollower<'a> {
                     return Ok(found);
                 }
                 if self.step <= SHORT * self.steps.longest
-                    && let Some(found) = self.border(&mut local, (&x, &along), self.step)?
+                    && let Some(found) = self.border(ray, self.step)?
                 {
                     return Ok(found);
                 }
@@ -270,7 +282,7 @@ impl<'a> BranchFollower<'a> {
             let Trial { solution, station } = trial;
             let (next, step, is_last) = match self.outside(&station) {
                 None => (station, self.step, false),
-                Some(bound) => match self.clipped(&mut local, &station, bound)? {
+                Some(bound) => match self.clipped(ray.local, &station, bound)? {
                     Some((share, clipped)) => (clipped, share * self.step, true),
                     None if self.step > SHORT * self.steps.longest => {
                         self.step /= 2.0;
@@ -279,34 +291,34 @@ impl<'a> BranchFollower<'a> {
                     None => {
                         let mut end = solution.x.clone();
                         let last = end.len() - 1;
-                        end[last] = bound / local.scale()[last];
-                        self.failure = Some(self.reason(&mut local, &end));
+                        end[last] = bound / ray.local.scale()[last];
+                        self.failure = Some(self.reason(ray.local, &end));
                         return Ok(vec![FoundPoint::End(EndReason::Lost)]);
                     }
                 },
             };
             if next.measured.orbit.word != self.current.measured.orbit.word {
-                if let Some(found) = self.border(&mut local, (&x, &along), step)? {
+                if let Some(found) = self.border(ray, step)? {
                     return Ok(found);
                 }
                 self.step = step / 2.0;
                 continue;
             }
             if is_last {
-                let mut found = self.between(&mut local, (&x, &along), step, &next)?;
+                let mut found = self.between(ray, step, &next)?;
                 found.push(FoundPoint::Point(Box::new(next)));
                 found.push(FoundPoint::End(EndReason::Range));
                 return Ok(found);
             }
-            let cosine = scaled(&local, &next.direction).dot(&along);
+            let cosine = scaled(ray.local, &next.direction).dot(&along);
             if cosine < LEAST_COSINE && self.step > 10.0 * shortest {
                 self.step /= 2.0;
                 continue;
             }
-            if let Some(end) = self.ends(&mut local, &next)? {
+            if let Some(end) = self.ends(ray.local, &next)? {
                 return Ok(end);
             }
-            let mut found = self.between(&mut local, (&x, &along), self.step, &next)?;
+            let mut found = self.between(ray, self.step, &next)?;
             if cosine > GOOD_COSINE && solution.iterations <= FEW_ITERATIONS {
                 self.step = (1.5 * self.step).min(self.steps.longest);
             } else if cosine < LEAST_COSINE.max(0.95) || solution.iterations > MANY_ITERATIONS {
@@ -347,13 +359,8 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Solution at a distance along a direction; `None` if Newton's method converges elsewhere.
-    pub(super) fn trial(
-        &self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-    ) -> Result<Option<Trial>, Error> {
-        self.trial_near(local, at, step, step.max(1e-9))
+    pub(super) fn trial(&self, ray: &mut Ray<'_, 'a>, step: f64) -> Result<Option<Trial>, Error> {
+        self.trial_near(ray, step, step.max(1e-9))
     }
 
     fn measured(&self, local: &Local<'a>, solution: NewtonSolution, along: &DVector<f64>) -> Result<Trial, Error> {
@@ -450,16 +457,10 @@ impl<'a> BranchFollower<'a> {
         between && near(first, number, width) && same_period && same_state
     }
 
-    pub(super) fn between(
-        &self,
-        local: &mut Local<'a>,
-        (x, along): (&DVector<f64>, &DVector<f64>),
-        step: f64,
-        next: &Station,
-    ) -> Result<Vec<FoundPoint>, Error> {
+    pub(super) fn between(&self, ray: &mut Ray<'_, 'a>, step: f64, next: &Station) -> Result<Vec<FoundPoint>, Error> {
         let mut found = Vec::new();
         for special in self.current.tests.passed(&next.tests, self.manifold.what) {
-            let located = self.located(local, (x, along), step, special, next)?;
+            let located = self.located(ray, step, special, next)?;
             if let Some((share, station)) = located {
                 found.push((share, special, station));
             }
@@ -477,8 +478,7 @@ impl<'a> BranchFollower<'a> {
     /// Special point by regula falsi (Illinois).
     fn located(
         &self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
+        ray: &mut Ray<'_, 'a>,
         step: f64,
         special: Special,
         next: &Station,
@@ -488,14 +488,14 @@ impl<'a> BranchFollower<'a> {
         let mut best = next.clone();
         if (low.1 * high.1).partial_cmp(&0.0) != Some(std::cmp::Ordering::Less) {
             // A pair became real on the way: bisection finds where the count changes.
-            return self.halved(local, at, step, special);
+            return self.halved(ray, step, special);
         }
         let mut side = 0;
         for _ in 0..MOST_HALVINGS {
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let middle = 0.5 * (low.0 + high.0);
             let share = if share.is_finite() { share } else { middle };
-            let Some(trial) = self.trial_near(local, at, share, step)? else {
+            let Some(trial) = self.trial_near(ray, share, step)? else {
                 return Ok(None);
             };
             let found = value(&trial.station);
@@ -524,20 +524,14 @@ impl<'a> BranchFollower<'a> {
         Ok(Some((0.5 * (low.0 + high.0), best)))
     }
 
-    fn halved(
-        &self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-        special: Special,
-    ) -> Result<Option<(f64, Station)>, Error> {
+    fn halved(&self, ray: &mut Ray<'_, 'a>, step: f64, special: Special) -> Result<Option<(f64, Station)>, Error> {
         let (mut low, mut high, mut best) = (0.0, step, None);
         for _ in 0..MOST_HALVINGS {
             let middle = 0.5 * (low + high);
             if high - low <= LOCATED * step {
                 break;
             }
-            let Some(trial) = self.trial_near(local, at, middle, step)? else {
+            let Some(trial) = self.trial_near(ray, middle, step)? else {
                 return Ok(None);
             };
             let passed = self.current.tests.passed(&trial.station.tests, self.manifold.what);
@@ -555,14 +549,9 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Uses the tolerance of the whole step.
-    pub(super) fn trial_near(
-        &self,
-        local: &mut Local<'a>,
-        (x, along): (&DVector<f64>, &DVector<f64>),
-        share: f64,
-        step: f64,
-    ) -> Result<Option<Trial>, Error> {
-        let expected = x + along * share;
+    pub(super) fn trial_near(&self, ray: &mut Ray<'_, 'a>, share: f64, step: f64) -> Result<Option<Trial>, Error> {
+        let Ray { local, x, along } = ray;
+        let expected = *x + *along * share;
         let near = |solution: &NewtonSolution| (&solution.x - &expected).norm() <= FARTHEST * step;
         let solution = self.solved(local, &expected, along)?.filter(near);
         solution

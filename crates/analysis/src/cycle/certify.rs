@@ -4,7 +4,7 @@
 //! through derivatives in double precision. Each correction is smaller than the previous one by the error of these
 //! derivatives, about eight digits. This contraction proves the cycle and bounds the distance to it.
 
-use super::family::{Family, in_the_long_run};
+use super::family::{Family, first_wave, in_the_long_run, map_drives};
 use super::orbit::Orbit;
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
@@ -15,11 +15,12 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
-use stickslip_files::{Addition, FileColumn, schema::group};
+use stickslip_files::schema::{Variable, group};
+use stickslip_files::{Addition, DeclaredColumn, columns};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
-use stickslip_system::model::system::{ContactLaw, End, ExactSystem, Initial, Pressing};
+use stickslip_system::model::system::{ContactLaw, ExactSystem, Initial};
 use stickslip_system::signal::{Drive, Frequency, Wave};
 use stickslip_system::watch::Watch;
 
@@ -111,33 +112,9 @@ fn shifted(drive: &Drive<BigRational>, time: &BigRational, pi: &BigRational) -> 
     }
 }
 
-fn system_from(system: &ExactSystem, time: f64, pi: &BigRational) -> ExactSystem {
-    let (mut system, time) = (in_the_long_run(system), rational(time));
-    for train in [&mut system.rotor, &mut system.stator] {
-        if let End::Driven(speed) = &mut train.end {
-            *speed = shifted(speed, &time, pi);
-        }
-        if let Some(torque) = &mut train.torque {
-            torque.signal = shifted(&torque.signal, &time, pi);
-        }
-    }
-    if let Pressing::Force(force) = &mut system.pressing {
-        *force = shifted(force, &time, pi);
-    }
-    system
-}
-
 /// Period of the first harmonic of an exact system. Only pi is rounded.
 fn exact_turn(system: &ExactSystem, pi: &BigRational) -> Option<BigRational> {
-    fn first(drive: &Drive<BigRational>) -> Option<&Wave<BigRational>> {
-        match drive {
-            Drive::Wave(wave) if !wave.amplitude.is_zero() => Some(wave),
-            Drive::Sum(terms) => terms.iter().find_map(first),
-            _ => None,
-        }
-    }
-    let wave = system.drives().into_iter().find_map(first)?;
-    Some(match &wave.frequency {
+    Some(match &first_wave(system)?.frequency {
         Frequency::Cycles(frequency) => frequency.abs().recip(),
         Frequency::Angular(omega) => pi * BigRational::from_integer(2.into()) / omega.abs(),
     })
@@ -171,7 +148,8 @@ pub fn certify(
 ) -> Result<CycleCertificate, Error> {
     let pi = pi();
     let member = family.at(&orbit.values, false)?;
-    let system = system_from(&exact.system, orbit.time, &pi);
+    let (mut system, start) = (in_the_long_run(&exact.system), rational(orbit.time));
+    map_drives(&mut system, |drive| shifted(drive, &start, &pi));
     let forced = member.period.is_some();
     let equations = SystemEquations::new(&member.system);
     let outside = Excitation::new(&member.system).at(0, orbit.time);
@@ -414,53 +392,38 @@ fn run(
     oracle::run(&system, &options, control)
 }
 
+const CERTIFICATE: &[DeclaredColumn<CycleCertificate>] = &columns! { of, x:
+    Variable::quantity("period", "s", "period of the exact cycle, rounded to a double"), of.period.value, _ = (of, x);
+    Variable::quantity("period_uncertainty", "s", "how far the decimal of the period can be off"),
+        of.period.error, _ = (of, x);
+    Variable::quantity("digits_computed", "1", "decimal digits that the exact solver computed with"),
+        of.digits_computed.into(), _ = (of, x);
+    Variable::quantity("corrections", "1", "corrections by Newton's method"), of.corrections as f64, _ = (of, x);
+    Variable::quantity("contraction", "1", "the last correction over the one before"), of.contraction, _ = (of, x);
+};
+
+const EVENTS: &[DeclaredColumn<EnclosedEvent>] = &columns! { of, x:
+    Variable::quantity("exact_time", "s", "time of the event, rounded to a double"), of.time.value, _ = (of, x);
+    Variable::quantity("exact_uncertainty", "s", "how far the decimal of the time can be off"), of.time.error, _ = (of, x);
+};
+
 impl CycleCertificate {
     /// Group /cycle_certificate of a file.
     pub fn additions(&self) -> Vec<Addition> {
-        let Enclosed { value, error, decimal } = &self.period;
-        let (digits, corrections) = (f64::from(self.digits_computed), self.corrections as f64);
         let mut group = Addition::new(group::CYCLE_CERTIFICATE);
-        group.quantities([
-            ("period", *value, "s", "period of the exact cycle, rounded to a double"),
-            (
-                "period_uncertainty",
-                *error,
-                "s",
-                "how far the decimal of the period can be off",
-            ),
-            (
-                "digits_computed",
-                digits,
-                "1",
-                "decimal digits that the exact solver computed with",
-            ),
-            ("corrections", corrections, "1", "corrections by Newton's method"),
-            (
-                "contraction",
-                self.contraction,
-                "1",
-                "the last correction over the one before",
-            ),
-        ]);
-        group.attribute("period_decimal", decimal.as_str());
+        group.quantities(CERTIFICATE.iter().map(|one| ((one.variable)(), (one.get)(self))));
+        group.attribute("period_decimal", self.period.decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
-        let numbers = |name: &str, about: &str, of: fn(&Enclosed) -> f64| {
-            FileColumn::numbers(name, "s", about, self.events.iter().map(|event| of(&event.time)))
-        };
-        let (time, error) = (
-            "time of the event, rounded to a double",
-            "how far the decimal of the time can be off",
+        let columns = EVENTS.iter().map(|column| column.of(&self.events));
+        columns.for_each(|column| group.over(&["exact_event"], column));
+        let lines = |of: fn(&EnclosedEvent) -> &str| self.events.iter().map(of).collect::<Vec<_>>().join("\n");
+        group.text(
+            "kinds",
+            "kinds of the events, one in each line",
+            lines(|event| event.kind),
         );
-        group.over(&["exact_event"], numbers("exact_time", time, |event| event.value));
-        group.over(
-            &["exact_event"],
-            numbers("exact_uncertainty", error, |event| event.error),
-        );
-        let decimals: Vec<&str> = self.events.iter().map(|event| event.time.decimal.as_str()).collect();
-        let kinds: Vec<&str> = self.events.iter().map(|event| event.kind).collect();
-        let about = "kinds of the events, one in each line";
-        group.text("kinds", about, kinds.join("\n"));
-        group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
+        let about = "times of the events as decimals, s";
+        group.text("decimals", about, lines(|event| &event.time.decimal));
         vec![group]
     }
 }

@@ -2,11 +2,12 @@
 
 use crate::analysis::forcing::{self, harmonics};
 use crate::error::Error;
+use num_traits::Zero;
 use std::f64::consts::TAU;
 use stickslip_case::{Case, WrittenCase};
 use stickslip_engine::simulation::{MovedCases, MovedSystem};
 use stickslip_system::model::margin::twice_resistance;
-use stickslip_system::model::system::{End, Pressing, System, Torque, Train};
+use stickslip_system::model::system::{End, Pressing, System};
 use stickslip_system::signal::{Drive, Frequency, Wave};
 
 /// Relative change of a parameter in central differences over one and two changes. They are of fourth order, because
@@ -194,36 +195,32 @@ fn settled<T: Clone>(drive: &Drive<T>) -> Drive<T> {
     }
 }
 
-fn settled_train<T: Clone>(train: &Train<T>) -> Train<T> {
-    Train {
-        end: match &train.end {
-            End::Driven(speed) => End::Driven(settled(speed)),
-            other => other.clone(),
-        },
-        torque: train.torque.as_ref().map(|torque| Torque {
-            signal: settled(&torque.signal),
-            on: torque.on,
-        }),
-        ..train.clone()
+/// Gives every signal that drives the chains or presses the surfaces directly its new form.
+pub(super) fn map_drives<T, L>(system: &mut System<T, L>, map: impl Fn(&Drive<T>) -> Drive<T>) {
+    for train in [&mut system.rotor, &mut system.stator] {
+        if let End::Driven(speed) = &mut train.end {
+            *speed = map(speed);
+        }
+        if let Some(torque) = &mut train.torque {
+            torque.signal = map(&torque.signal);
+        }
+    }
+    if let Pressing::Force(force) = &mut system.pressing {
+        *force = map(force);
     }
 }
 
 /// System in the long run: final signals, no kicks, no axial motion.
 pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> System<T, L> {
-    let pressing = match &system.pressing {
-        Pressing::Force(force) => Pressing::Force(settled(force)),
-        Pressing::Axial { actuation, .. } => match actuation.final_value() {
-            Some(force) => Pressing::Force(Drive::Value(force)),
-            None => system.pressing.clone(),
-        },
-    };
-    System {
-        rotor: settled_train(&system.rotor),
-        stator: settled_train(&system.stator),
-        pressing,
-        kicks: Vec::new(),
-        ..system.clone()
+    let mut system = system.clone();
+    map_drives(&mut system, settled);
+    system.kicks.clear();
+    if let Pressing::Axial { actuation, .. } = &system.pressing
+        && let Some(force) = actuation.final_value()
+    {
+        system.pressing = Pressing::Force(Drive::Value(force));
     }
+    system
 }
 
 /// Number of harmonics in the long run, and turns of the first one in their common period; `None` without harmonics.
@@ -251,10 +248,10 @@ fn period_of(system: &System, turns: u64) -> Option<f64> {
     Some(turns as f64 * turn)
 }
 
-fn first_wave(system: &System) -> Option<&Wave> {
-    fn of(drive: &Drive) -> Option<&Wave> {
+pub(super) fn first_wave<T: Zero, L>(system: &System<T, L>) -> Option<&Wave<T>> {
+    fn of<T: Zero>(drive: &Drive<T>) -> Option<&Wave<T>> {
         match drive {
-            Drive::Wave(wave) if wave.amplitude != 0.0 => Some(wave),
+            Drive::Wave(wave) if !wave.amplitude.is_zero() => Some(wave),
             Drive::Sum(terms) => terms.iter().find_map(of),
             _ => None,
         }

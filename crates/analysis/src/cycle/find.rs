@@ -68,7 +68,6 @@ pub struct CycleSearch {
 struct LastOrbit {
     further: Vec<f64>,
     time: f64,
-    mode: Option<Mode>,
 }
 
 impl Recorder for LastOrbit {
@@ -79,7 +78,7 @@ impl Recorder for LastOrbit {
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        (self.time, self.mode) = (sample.time, Some(sample.mode));
+        self.time = sample.time;
         Ok(())
     }
 

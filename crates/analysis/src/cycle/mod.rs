@@ -30,5 +30,6 @@ pub use find::{CycleSearch, From, LONGEST, find, refine};
 pub(crate) use find::{apart, later, to_slip};
 pub(crate) use orbit::word;
 pub use orbit::{CycleStability, Multiplier, MultiplierKind, NEUTRAL, Nearest, Orbit, OrbitEvent};
+pub(crate) use saved::in_units;
 pub use saved::{CycleOrigin, from_file};
 pub use stickslip_engine::simulation::Border;

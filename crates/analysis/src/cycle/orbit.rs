@@ -39,16 +39,12 @@ pub struct Multiplier {
 }
 
 impl MultiplierKind {
-    /// All kinds, in the order of their codes in files.
-    pub const ALL: [MultiplierKind; 3] = [MultiplierKind::Free, MultiplierKind::Along, MultiplierKind::Stick];
+    /// Names in files, in the order of the codes.
+    pub const NAMES: [&str; 3] = ["free", "along", "stick"];
 
     /// Name in files.
     pub fn name(self) -> &'static str {
-        match self {
-            MultiplierKind::Free => "free",
-            MultiplierKind::Along => "along",
-            MultiplierKind::Stick => "stick",
-        }
+        MultiplierKind::NAMES[self as usize]
     }
 }
 
@@ -81,13 +77,12 @@ pub enum CycleStability {
 }
 
 impl CycleStability {
+    /// Names in a word, in the order of the codes.
+    pub const NAMES: [&str; 3] = ["stable", "unstable", "neutral"];
+
     /// Name in a word.
     pub fn name(self) -> &'static str {
-        match self {
-            CycleStability::Stable => "stable",
-            CycleStability::Unstable => "unstable",
-            CycleStability::Neutral => "neutral",
-        }
+        CycleStability::NAMES[self as usize]
     }
 }
 

@@ -56,6 +56,12 @@ impl<'a, S> StudyRun<'a, S> {
         self
     }
 
+    /// Sets the number of threads.
+    pub fn workers(mut self, workers: usize) -> Self {
+        self.workers = workers;
+        self
+    }
+
     pub(crate) fn journal(&self, digest: &str) -> Result<Journal, Error> {
         let existing = match (self.resume, self.overwrite) {
             (true, _) => Existing::Resume,

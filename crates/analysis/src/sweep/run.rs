@@ -67,12 +67,6 @@ impl<'a> Sweep<'a> {
         self
     }
 
-    /// Sets the number of threads.
-    pub fn workers(mut self, workers: usize) -> Self {
-        self.workers = workers;
-        self
-    }
-
     /// Runs the points in other processes.
     pub fn executor(mut self, executor: &'a mut dyn Executor) -> Self {
         self.executor = Some(executor);
