@@ -4,7 +4,7 @@
 //! to try.
 
 use super::case_differences::{CaseDifference, NOT_SET};
-use super::causes::creep::Creep;
+use super::causes::smooth::Creep;
 use super::detect::Found;
 use super::reference::Physics;
 use super::states::Grid;

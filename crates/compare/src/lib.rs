@@ -138,7 +138,7 @@ pub use vocabulary::Vocabulary;
 pub use wrong_event::WrongEvent;
 
 use benchmark::BenchmarkProblem;
-use causes::creep::{Creep, CreepPass};
+use causes::smooth::{Creep, CreepPass};
 use causes::{Causes, EXPLAINED, JumpPass, ObservationPass, Passes, Shown, clock};
 use comparison::channel_errors;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
@@ -643,11 +643,7 @@ impl Reference {
         of_values + (LARGER * physics.natural_angular_frequency() * quantum / 2.0).powi(2)
     }
 
-    fn passes(
-        &self,
-        candidate: &Candidate,
-        window: (f64, f64),
-    ) -> Option<Passes<'_>> {
+    fn passes(&self, candidate: &Candidate, window: (f64, f64)) -> Option<Passes<'_>> {
         if candidate.is_own() {
             return None;
         }
