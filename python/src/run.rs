@@ -9,12 +9,13 @@ use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use stickslip::analysis::KeptReport;
 use stickslip::analysis::headline::{self, HeadlineRow};
-use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::results::schema::{StorageKind, Variable};
 use stickslip::results::{
-    AttributeValue, ColumnValues, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, open_sound,
+    AttributeValue, ColumnValues, Extra, FileColumn, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status,
+    open_sound,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -60,7 +61,7 @@ pub struct Run {
 /// Where the rows are.
 enum Rows {
     Kept {
-        end: Box<KeptReportEnd>,
+        end: Box<KeptReport>,
         order: Vec<u8>,
         /// Those that have not become arrays, by group and name.
         columns: Mutex<HashMap<(String, String), ColumnValues<'static>>>,
@@ -275,31 +276,24 @@ pub fn run(
     let signals = Signals::new();
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
-            let run = KeptRun::new(&case)
-                .text(&given)
-                .witness(witness)
-                .events_alone(!trajectory);
-            run.watch(&signals).start()
+            KeptReport::of_run(&case, &given, witness, trajectory, &signals)
         }))
     });
     if let Some(raised) = signals.raised() {
         return Err(raised);
     }
-    let KeptReport { rows, end } = computed.map_err(|_| internal(py))?;
+    let mut end = computed.map_err(|_| internal(py))?;
+    let rows = std::mem::take(&mut end.rows);
     let event_count = rows.tables.get(1).map_or(0, KeptTable::rows);
     let mut tables = Vec::new();
     let mut columns = HashMap::new();
     for table in rows.tables {
-        let group = table.schema.group;
+        let group = table.group;
         let mut described = Vec::new();
         // As in the file, the column of the witness comes after those that a recorder fills.
         let of_witness = end.run.witness.as_ref().filter(|_| group == "events");
-        let of_witness = of_witness.map(|witness| {
-            let column = witness.column();
-            (column.variable, column.values)
-        });
-        let recorded = table.schema.variables.into_iter().zip(table.columns);
-        for (variable, values) in recorded.chain(of_witness) {
+        let of_witness = of_witness.map(|witness| witness.column());
+        for FileColumn { variable, values } in table.columns.into_iter().chain(of_witness) {
             let kind = variable.kind.name();
             columns.insert((group.to_owned(), variable.name.clone()), values);
             described.push((variable.name, variable.units, variable.long_name, variable.flags, kind));

@@ -2,7 +2,6 @@
 
 use super::arguments::{Common, MergeArguments};
 use super::{CommandEnd, CommandError, tell};
-use stickslip_files::MergeError;
 
 pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<CommandEnd, CommandError> {
     if options.by_reference {
@@ -10,12 +9,11 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
             "--virtual is gone: merge copies the points, so that the file needs no shards any more; run it without --virtual",
         ));
     }
-    let report = stickslip_files::merge(&stickslip_files::MergeOptions {
-        shards: &options.shards,
-        output: &options.output,
-        replace: options.force,
-    })
-    .map_err(|error| command_error(&error))?;
+    let merged = stickslip_files::merge(&options.shards, &options.output, options.force);
+    let report = merged.map_err(|error| match error.is_of_the_system() {
+        true => CommandError::computation(error),
+        false => CommandError::input(error),
+    })?;
     tell(common, &report)?;
     if report.failed == report.points {
         return Err(CommandError::computation(format!(
@@ -25,11 +23,4 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
         )));
     }
     Ok(CommandEnd::Done)
-}
-
-fn command_error(error: &MergeError) -> CommandError {
-    match error {
-        MergeError::File(inner) if inner.is_of_the_system() => CommandError::computation(error),
-        _ => CommandError::input(error),
-    }
 }

@@ -1,39 +1,41 @@
 //! Rows of a run in memory, with the columns of a result file.
 
+use super::ResultError;
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, TableSchema};
-use super::values::ColumnValues;
-use super::{Addition, ResultError, Status, StickSlipTable};
+use super::values::{ColumnValues, FileColumn};
 
 /// A table with its columns.
 #[derive(Debug, Clone)]
 pub struct KeptTable {
-    /// Name, unit and description of each column.
-    pub schema: TableSchema,
-    /// Columns in the order of `schema.variables`, all of one length.
-    pub columns: Vec<ColumnValues<'static>>,
+    /// Group of the file.
+    pub group: &'static str,
+    /// Columns in the order of the file, all of one length.
+    pub columns: Vec<FileColumn>,
 }
 
 impl KeptTable {
-    fn new(schema: TableSchema) -> Self {
-        let columns = schema
-            .variables
-            .iter()
-            .map(|variable| ColumnValues::new(variable.kind, 0));
-        KeptTable {
-            columns: columns.collect(),
-            schema,
-        }
-    }
-
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, ColumnValues::len)
+        self.columns.first().map_or(0, |column| column.values.len())
+    }
+}
+
+impl From<TableSchema> for KeptTable {
+    fn from(schema: TableSchema) -> Self {
+        KeptTable {
+            group: schema.group,
+            columns: schema
+                .variables
+                .into_iter()
+                .map(|variable| FileColumn::new(variable, []))
+                .collect(),
+        }
     }
 }
 
 /// A recorder that keeps all tables of a result file in memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct KeptRows {
     /// Tables of every run, then /dense and /dense/coefficients if there is dense output.
     pub tables: Vec<KeptTable>,
@@ -44,28 +46,20 @@ pub struct KeptRows {
 }
 
 impl KeptRows {
-    /// An empty recorder for a run whose files have this extension.
-    pub fn new(extension: &Extension) -> Self {
+    /// An empty recorder for a run whose files have this extension. With `events_alone` it keeps no samples and no pieces
+    /// of the dense output.
+    pub fn new(extension: &Extension, events_alone: bool) -> Self {
         KeptRows {
-            tables: schema::all_tables(extension).into_iter().map(KeptTable::new).collect(),
+            tables: schema::all_tables(extension).into_iter().map(KeptTable::from).collect(),
             order: Vec::new(),
             further: Vec::new(),
-            events_alone: false,
+            events_alone,
         }
     }
 
     /// Removes all rows, and prepares for a run with this extension.
-    pub fn emptied(self, extension: &Extension) -> Self {
-        KeptRows {
-            events_alone: self.events_alone,
-            ..KeptRows::new(extension)
-        }
-    }
-
-    /// From now on, samples and pieces of the dense output are not kept.
-    pub fn events_alone(mut self) -> Self {
-        self.events_alone = true;
-        self
+    pub fn begin_again(&mut self, extension: &Extension) {
+        *self = KeptRows::new(extension, self.events_alone);
     }
 }
 
@@ -78,7 +72,7 @@ impl TableRows for KeptRows {
         let of_motion = [TRAJECTORY, PIECES, PIECE_COEFFICIENTS].contains(&table);
         if let Some(kept) = self.tables.get_mut(table).filter(|_| !(of_motion && self.events_alone)) {
             for (column, &value) in kept.columns.iter_mut().zip(row.iter().copied().flatten()) {
-                column.push(value);
+                column.values.push(value);
             }
             if table != PIECE_COEFFICIENTS {
                 self.order.push(table as u8);
@@ -99,29 +93,8 @@ impl TableRows for KeptRows {
 /// A view of [`KeptRows`] whose columns may be stored elsewhere.
 #[derive(Debug)]
 pub struct KeptView<'a> {
-    /// Columns of [`KeptRows::tables`]. Further columns of a displayed table, such as the witness's, are not written:
-    /// [`KeptEnd`] holds their contents.
+    /// Columns of [`KeptRows::tables`]. Further columns of a displayed table, such as the witness's, are not written.
     pub tables: Vec<Vec<ColumnValues<'a>>>,
     /// [`KeptRows::order`].
     pub order: &'a [u8],
-}
-
-impl KeptView<'_> {
-    pub(super) fn row(&self, table: usize, row: usize, columns: usize) -> Vec<f64> {
-        let columns = self.tables[table].iter().take(columns);
-        columns.map(|column| column.at(row)).collect()
-    }
-}
-
-/// Parts of a result file that are not rows.
-#[derive(Debug)]
-pub struct KeptEnd<'a> {
-    /// Status of the run.
-    pub status: &'a Status,
-    /// Attributes of /stick_slip, and its rows after the recorded ones.
-    pub stick_slip: &'a StickSlipTable,
-    /// Results of a second method.
-    pub witness: &'a [Addition],
-    /// Wall time, s.
-    pub wall_time: f64,
 }

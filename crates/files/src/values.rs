@@ -74,13 +74,15 @@ macro_rules! each {
 pub(super) use each;
 
 impl ColumnValues<'_> {
-    pub(super) fn new(kind: StorageKind, capacity: usize) -> Self {
-        match kind {
-            StorageKind::Int8 => ColumnValues::Int8(Vec::with_capacity(capacity).into()),
-            StorageKind::Int32 => ColumnValues::Int32(Vec::with_capacity(capacity).into()),
-            StorageKind::Int64 => ColumnValues::Int64(Vec::with_capacity(capacity).into()),
-            StorageKind::Float64 => ColumnValues::Float64(Vec::with_capacity(capacity).into()),
-        }
+    pub(super) fn of(kind: StorageKind, values: impl IntoIterator<Item = f64>) -> Self {
+        let mut list = match kind {
+            StorageKind::Int8 => ColumnValues::Int8(Cow::default()),
+            StorageKind::Int32 => ColumnValues::Int32(Cow::default()),
+            StorageKind::Int64 => ColumnValues::Int64(Cow::default()),
+            StorageKind::Float64 => ColumnValues::Float64(Cow::default()),
+        };
+        values.into_iter().for_each(|value| list.push(value));
+        list
     }
 
     /// Number of values.
@@ -128,6 +130,12 @@ pub struct FileColumn {
 }
 
 impl FileColumn {
+    /// A column of these numbers, which are stored as the variable's type.
+    pub fn new(variable: Variable, numbers: impl IntoIterator<Item = f64>) -> Self {
+        let values = ColumnValues::of(variable.kind, numbers);
+        FileColumn { variable, values }
+    }
+
     /// A column of doubles. A missing value is NaN.
     pub fn numbers(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
         FileColumn {
@@ -170,10 +178,7 @@ impl<R> DeclaredColumn<R> {
     where
         R: 'a,
     {
-        let variable = (self.variable)();
-        let mut values = ColumnValues::new(variable.kind, 0);
-        rows.into_iter().for_each(|row| values.push((self.get)(row)));
-        FileColumn { variable, values }
+        FileColumn::new((self.variable)(), rows.into_iter().map(self.get))
     }
 
     /// Gives the rows of a table their numbers. Fails if the column is missing.
