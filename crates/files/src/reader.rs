@@ -111,6 +111,15 @@ impl ResultFile {
         self.rows(&schema::trajectory())
     }
 
+    /// Times of the first and the last sample, s; `None` without samples.
+    pub fn span(&self) -> Result<Option<(f64, f64)>, ResultError> {
+        let Some(last) = self.sample_count()?.checked_sub(1) else {
+            return Ok(None);
+        };
+        let time = |row: usize| Ok(self.column("time", row..row + 1)?[0]);
+        Ok(Some((time(0)?, time(last)?)))
+    }
+
     /// Rows `range` of a column of the trajectory, as numbers. A channel that an earlier version did not write is the
     /// product of its factors, or NaN.
     pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
