@@ -6,7 +6,7 @@ use std::path::Path;
 use super::attributes::AttributeValue;
 use super::schema::{self, Extension, StorageKind, Variable, attribute, group, root};
 use super::source::{DatasetInfo, FileSource, Holds, Object, uneven};
-use super::values::StoredNumber;
+use super::table::StoredNumber;
 use super::{ColumnValues, Extra, Reason, ResultError, Status, StickSlipTable};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Channels, Cycle, Event, EventKind, RecordedChannel, Sample, Segment, State, channel};

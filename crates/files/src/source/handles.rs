@@ -13,13 +13,12 @@ use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
 
-use super::tables::{DatasetInfo, GroupMember, Holds, Object};
-use super::{Opening, probe};
+use super::{DatasetInfo, GroupMember, Holds, Object, Opening, probe};
 use crate::Reason;
 use crate::attributes::AttributeValue;
 use crate::error::describe;
 use crate::raw::{self, Class, Opened};
-use crate::values::StoredNumber;
+use crate::table::StoredNumber;
 
 // Limits on what one object may hold, and on one read.
 const MEMBERS: usize = 16_384;
