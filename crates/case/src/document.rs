@@ -1,10 +1,10 @@
-//! The case file as a tree of values. Each value knows its place: a line of the file, or an override.
+//! The case file as a tree of values, and its problems. Each value knows its place: a line of the file, or an override.
 
 use stickslip_system::quote::{quoted, shown};
 use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
 
-use super::error::{CaseError, CaseProblem};
 use super::schema;
+use std::fmt;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -208,8 +208,8 @@ pub struct Override {
     origin: Option<TextPlace>,
 }
 
-impl std::fmt::Debug for Override {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Debug for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Override")
             .field("path", &self.path)
             .field("value", &self.value)
@@ -385,5 +385,62 @@ fn re_place(node: &mut PlacedValue, place: &TextPlace) {
         CaseValue::Table(entries) => entries.iter_mut().for_each(|(_, child)| re_place(child, place)),
         CaseValue::Array(elements) => elements.iter_mut().for_each(|child| re_place(child, place)),
         _ => {}
+    }
+}
+
+/// All problems found in a case file, in its overrides, or in a value set in a case.
+///
+/// It is displayed with one line for each problem: `paper.toml:12: torsion.damping: what is wrong; what to do`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct CaseError {
+    /// The problems, at least one, in the order of the file.
+    pub problems: Vec<CaseProblem>,
+}
+
+/// A problem of a case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CaseProblem {
+    /// `paper.toml:12`, `--set torsion.damping`, or empty for a value set by the program.
+    pub place: String,
+    /// Dotted path of the key; empty if the problem has none.
+    pub key: String,
+    /// The defect and its remedy.
+    pub message: String,
+}
+
+impl fmt::Display for CaseProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let key = shown(&self.key);
+        let set = self.place.strip_prefix("--set ");
+        let place = set.map_or_else(|| self.place.clone(), |set| format!("--set {}", shown(set)));
+        match set {
+            // An override names its own key already, or the table that contains the key.
+            Some(set) if set == self.key || self.key.is_empty() => write!(f, "{place}: ")?,
+            // The message may concern another key, whose value conflicts with the override.
+            Some(set) if !self.key.starts_with(set) => {
+                let verb = if self.message.starts_with("missing") { "is " } else { "" };
+                write!(f, "{place}: then {key} {verb}")?;
+            }
+            _ => {
+                for part in [&place, &key].into_iter().filter(|part| !part.is_empty()) {
+                    write!(f, "{part}: ")?;
+                }
+            }
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl CaseError {
+    /// An error with a single problem: its place (file and line), key and message.
+    pub fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
+        CaseError {
+            problems: vec![CaseProblem {
+                place: place.into(),
+                key: key.into(),
+                message: message.into(),
+            }],
+        }
     }
 }

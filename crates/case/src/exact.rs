@@ -1,10 +1,10 @@
 //! The parameters of a case without rounding.
 
+use super::document::CaseError;
 use super::document::{CaseValue, PlacedValue};
-use super::error::CaseError;
 use super::quantity::{self, Dimension};
 use super::reader::ReadCase;
-use super::{Case, Motion, Words, numbers, schema};
+use super::{Case, Motion, Words, schema, written};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
@@ -166,7 +166,7 @@ impl ExactReader<'_> {
 
     /// The number at `path` of the general form as written, or `default` (exactly this double) if it is not written.
     fn number(&self, path: &str, default: f64) -> FoundExact<BigRational> {
-        let dimension = numbers::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
+        let dimension = written::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
         let value = match self
             .place(path)
             .and_then(|place| self.written.at(place))

@@ -2,15 +2,15 @@
 
 use super::case_keys::of_other_form;
 use super::conditions::{self, Violation};
+use super::document::{CaseError, CaseProblem};
 use super::document::{CaseValue, PlacedValue, TextPlace};
-use super::error::{CaseError, CaseProblem};
 use super::place::Content;
 use super::quantity::{self, Dimension};
 use super::schema::{self, ARRAYS, Key, KeyKind, Presence};
 use super::source::Origin;
-use super::value::{number, numbers, single};
+use super::value::{number, numbers, signal, single};
 use super::words::{form_of, named_motion};
-use super::{Case, CaseSource, Motion, Override, Words, signals, suggest};
+use super::{Case, CaseSource, Motion, Override, Words, suggest};
 use stickslip_engine::simulation::{Around, Method};
 use stickslip_system::friction::Law as _;
 use stickslip_system::signal::Signal;
@@ -421,7 +421,7 @@ pub(super) fn content(key: &Key, path: &str, node: &PlacedValue, motion: Motion)
     let whole = |message: String| vec![Violation::new(path, &[], message)];
     let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
     match (key.kind, &node.value, dimension) {
-        (KeyKind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
+        (KeyKind::Signal(dimension), ..) => signal(path, node, dimension, motion).map(Content::Signal),
         (KeyKind::Series(_) | KeyKind::List(..), CaseValue::Array(elements), Some(dimension)) => {
             numbers(path, elements, dimension, key.domain()).map(Content::List)
         }
