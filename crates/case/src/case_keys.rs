@@ -119,11 +119,8 @@ pub(super) fn of_other_form(path: &str, short: bool) -> Option<String> {
         true => "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]",
         false => "is a key of the short form, [torsion], but the case has [rotor] and [stator] instead",
     };
-    let within = |general: &&str| {
-        general
-            .strip_prefix(path)
-            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
+    let inside = |rest: &str| rest.is_empty() || rest.starts_with('.');
+    let within = |general: &&str| general.strip_prefix(path).is_some_and(inside);
     let same = schema::SAME
         .iter()
         .filter(|same| same.0 == path || same.1.iter().any(&within));

@@ -387,10 +387,8 @@ impl Reader {
             return self.report(REGULARISATION, message);
         }
         // `check_names` has reported any other value.
-        if matches!(
-            self.root.at(REGULARISATION).map(|node| &node.value),
-            Some(CaseValue::Table(_))
-        ) {
+        let given = self.root.at(REGULARISATION).map(|node| &node.value);
+        if matches!(given, Some(CaseValue::Table(_))) {
             case.system.contact = ContactLaw::Regularised(Regularisation {
                 function: Smoothing::Tanh,
                 speed: f64::NAN,

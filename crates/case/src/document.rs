@@ -75,6 +75,11 @@ impl CaseValue {
         }
     }
 
+    /// Whether it is a number, or a text that may be one with a unit.
+    pub(super) fn is_single(&self) -> bool {
+        matches!(self, CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_))
+    }
+
     /// The value as TOML on one line. A date, which no key takes, becomes an empty text.
     fn toml(&self) -> String {
         let text = |text: &str| TomlValue::from(text).to_string();
@@ -109,12 +114,10 @@ impl PlacedValue {
 
     /// The node at `path`, or the closest one above it.
     pub fn closest(&self, path: &str) -> &PlacedValue {
+        let mut segments = path.split('.');
         let mut node = self;
-        for segment in path.split('.') {
-            match node.child(segment) {
-                Some(child) => node = child,
-                None => break,
-            }
+        while let Some(child) = segments.next().and_then(|segment| node.child(segment)) {
+            node = child;
         }
         node
     }
@@ -320,12 +323,7 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
         let here = walked.join(".");
         let of_list = schema::is_list(&here);
         // A number may replace a list with one element.
-        if of_list
-            && matches!(
-                node.value,
-                CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_)
-            )
-        {
+        if of_list && node.value.is_single() {
             node.value = CaseValue::Array(vec![node.clone()]);
         }
         // Element 0 of a missing array creates the array. The length of a chain's list follows from the chain, so
@@ -344,18 +342,15 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
             CaseValue::Array(elements) => {
                 let count = elements.len();
                 let Ok(index) = segment.parse::<usize>() else {
-                    return Err(problem(format!(
-                        "{here} is an array: its elements are numbered, as in {here}.0"
-                    )));
+                    let message = format!("{here} is an array: its elements are numbered, as in {here}.0");
+                    return Err(problem(message));
                 };
-                if of_list && index >= count {
-                    let there = schema::elements(&here, count);
+                if index > count || of_list && index == count {
+                    let there = match of_list {
+                        true => schema::elements(&here, count),
+                        false => format!("the next new element is {here}.{count}"),
+                    };
                     return Err(problem(format!("there is no {here}.{index}: {there}")));
-                }
-                if index > count {
-                    return Err(problem(format!(
-                        "there is no {here}.{index}: the next new element is {here}.{count}"
-                    )));
                 }
                 if index == count {
                     elements.push(empty());
@@ -363,10 +358,8 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
                 &mut elements[index]
             }
             other => {
-                return Err(problem(format!(
-                    "{here} is {}, which has nothing inside",
-                    other.describe()
-                )));
+                let message = format!("{here} is {}, which has nothing inside", other.describe());
+                return Err(problem(message));
             }
         };
         walked.push(segment);

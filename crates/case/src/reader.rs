@@ -351,16 +351,13 @@ impl Reader {
     fn template(&self, choice: &DecidingWord, word: &str) -> String {
         let (table, noun) = choice.path.split_once('.').unwrap_or_default();
         let mut text = format!("{table}={{{noun}=\"{word}\"");
-        for key in schema::in_order(self.words.short)
-            .iter()
-            .filter(|key| key.split().0 == table)
-        {
+        let keys = schema::in_order(self.words.short).iter();
+        for key in keys.filter(|key| key.split().0 == table) {
             let required = key.presence == Presence::Required && key.path != choice.path;
             if required || belongs(key, word) {
-                let value = if matches!(key.kind, KeyKind::Series(_)) {
-                    "[...]"
-                } else {
-                    "..."
+                let value = match key.kind {
+                    KeyKind::Series(_) => "[...]",
+                    _ => "...",
                 };
                 text += &format!(", {}={value}", key.split().1);
             }
@@ -425,8 +422,8 @@ pub(super) fn content(key: &Key, path: &str, node: &PlacedValue, motion: Motion)
         (KeyKind::Series(_) | KeyKind::List(..), CaseValue::Array(elements), Some(dimension)) => {
             numbers(path, elements, dimension, key.domain()).map(Content::List)
         }
-        (KeyKind::List(..), CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_), Some(dimension)) => {
-            let number = number(&node.value, dimension, key.domain());
+        (KeyKind::List(..), value, Some(dimension)) if value.is_single() => {
+            let number = number(value, dimension, key.domain());
             number.map(|number| Content::List(vec![number])).map_err(whole)
         }
         (KeyKind::Series(_), other, _) => Err(whole(format!(
@@ -459,11 +456,7 @@ pub(super) fn missing(key: &Key, motion: Motion) -> String {
 
 /// Message about an unknown key in the table at `parent`, which is `pattern` in the schema.
 fn unknown_key(name: &str, parent: &str, pattern: &str, known: &[&'static str]) -> String {
-    let start = if pattern.is_empty() {
-        String::new()
-    } else {
-        format!("{pattern}.")
-    };
+    let start = join(pattern, "");
     let mut here: Vec<&str> = known
         .iter()
         .filter_map(|key| key.strip_prefix(start.as_str()))

@@ -123,26 +123,19 @@ impl WrittenCase {
     /// a valid case. `None` if there is no such system. A time of zero cannot be moved: before t = 0 nothing happens,
     /// and a later time adds a corner to the run.
     pub fn moved(&self, path: &str, value: f64) -> Option<(System, f64)> {
-        let is_time = |number: &&CaseNumber| number.path == path && number.unit == Dimension::Time.unit();
-        if self
-            .numbers
-            .iter()
-            .find(is_time)
-            .is_some_and(|number| number.value == 0.0)
-        {
-            return None;
+        let is_time = |number: &CaseNumber| number.unit == Dimension::Time.unit() && number.value == 0.0;
+        match self.number(path).is_some_and(is_time) {
+            true => None,
+            false => self.moved_all(&[(path, value)]),
         }
-        self.moved_all(&[(path, value)])
     }
 
     /// Like [`Self::moved`], for several parameters.
     pub fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
         if self.case.is_short() {
             let mut case = self.case.clone();
-            let strange: Vec<_> = changes
-                .iter()
-                .filter(|(path, value)| !case.put(path, *value, true))
-                .collect();
+            let strange = changes.iter().filter(|(path, value)| !case.put(path, *value, true));
+            let strange: Vec<_> = strange.collect();
             // The short form has no key for this place, such as a bearing. The value there must be valid.
             let fits = |(path, value): &(&str, f64)| {
                 let key = [true, false]

@@ -87,20 +87,32 @@ pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset, dimension: u32) -
 }
 
 pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::Result<Dataset> {
-    let length = texts.iter().map(String::len).max().unwrap_or(0).max(1);
+    write_fixed(group, name, texts, Some(texts.len()))
+}
+
+/// Stores texts in strings of one fixed length: a scalar, or a column of so many rows.
+fn write_fixed(group: &Group, name: &str, texts: &[impl AsRef<str>], rows: Option<usize>) -> hdf5::Result<Dataset> {
+    let texts = texts.iter().map(AsRef::as_ref);
+    // HDF5 has no string of length 0.
+    let length = texts.clone().map(str::len).max().unwrap_or(0).max(1);
     let mut bytes = Vec::with_capacity(length * texts.len());
     for text in texts {
         bytes.extend_from_slice(text.as_bytes());
         bytes.resize(bytes.len() + length - text.len(), 0);
     }
     let descriptor = TypeDescriptor::FixedUnicode(length);
-    let dataset = group
-        .new_dataset_builder()
-        .obj_track_times(false)
-        .empty_as(&descriptor)
-        .shape([texts.len()])
-        .create(name)?;
-    write_all(&dataset, &descriptor, &bytes)?;
+    let builder = group.new_dataset_builder().empty_as(&descriptor);
+    let dataset = match rows {
+        Some(rows) => builder.shape([rows]).create(name)?,
+        None => builder.create(name)?,
+    };
+    assert_eq!(bytes.len(), descriptor.size() * dataset.size());
+    let memory = Datatype::from_descriptor(&descriptor)?;
+    // SAFETY: `bytes` holds as many elements of `memory`'s size as the dataset takes.
+    call(|| unsafe {
+        let (id, memory, bytes) = (dataset.id(), memory.id(), bytes.as_ptr().cast());
+        H5Dwrite(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes)
+    })?;
     Ok(dataset)
 }
 
@@ -131,23 +143,6 @@ impl std::ops::Deref for RowRange {
     fn deref(&self) -> &Dataset {
         &self.0
     }
-}
-
-fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hdf5::Result<()> {
-    assert_eq!(bytes.len(), descriptor.size() * dataset.size());
-    let memory = Datatype::from_descriptor(descriptor)?;
-    // SAFETY: `bytes` holds as many elements of `memory`'s size as the dataset takes.
-    call(|| unsafe {
-        H5Dwrite(
-            dataset.id(),
-            memory.id(),
-            H5S_ALL,
-            H5S_ALL,
-            H5P_DEFAULT,
-            bytes.as_ptr().cast(),
-        )
-    })?;
-    Ok(())
 }
 
 /// Stores `text` as a new scalar attribute of variable length, which every reader shows as text. Type and shape are
@@ -184,13 +179,7 @@ pub(super) fn read_texts(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
 /// Stores `text` as a scalar UTF-8 string of fixed length. Beyond an attribute's 64 KiB, every reader shows only this
 /// form as text.
 pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<Dataset> {
-    // HDF5 has no string of length 0.
-    let mut bytes = text.as_bytes().to_vec();
-    bytes.resize(bytes.len().max(1), 0);
-    let descriptor = TypeDescriptor::FixedUnicode(bytes.len());
-    let dataset = group.new_dataset_builder().empty_as(&descriptor).create(name)?;
-    write_all(&dataset, &descriptor, &bytes)?;
-    Ok(dataset)
+    write_fixed(group, name, &[text], None)
 }
 
 /// Reads a scalar string of fixed length from a dataset or an attribute; `None` if it is of another type, or not

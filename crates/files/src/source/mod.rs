@@ -582,6 +582,9 @@ pub(crate) fn uneven(path: &str, shape: &[usize], lengths: &[usize]) -> Reason {
     }
 }
 
+/// Values that are read at a time.
+pub(super) const BLOCK: usize = 65_536;
+
 // Limits: depth of nested groups, objects in a file, and values held at once (0.5 GB).
 const DEPTH: usize = 32;
 const OBJECTS: usize = 65_536;
