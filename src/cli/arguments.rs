@@ -3,7 +3,6 @@
 use super::candidates::{
     cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
 };
-use super::failure;
 use super::input::overrides;
 use crate::export;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -780,7 +779,7 @@ impl Refusal {
             // The message itself; below it stand hints and usage.
             let text = self.0.to_string();
             let message = text.strip_prefix("error: ").unwrap_or(&text);
-            failure::document("usage", message.trim_end(), 2, &[]);
+            super::failure_document("usage", message.trim_end(), 2, &[]);
         }
         ExitCode::from(2)
     }

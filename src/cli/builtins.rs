@@ -1,6 +1,6 @@
 //! Built-in cases and studies, with the commands that accept them.
 
-use super::CommandError;
+use crate::Error;
 use serde::Serialize;
 use stickslip_analysis::analysis::work_precision;
 use stickslip_analysis::calibrate::{CALIBRATIONS, CalibrationStudy};
@@ -18,7 +18,7 @@ pub(super) struct ListedCase {
     pub title: String,
 }
 
-pub(super) fn listed() -> Result<Vec<ListedCase>, CommandError> {
+pub(super) fn listed() -> Result<Vec<ListedCase>, Error> {
     let mut listed = Vec::new();
     let mut add = |name, kind, command, title| {
         listed.push(ListedCase {

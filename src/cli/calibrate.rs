@@ -3,8 +3,9 @@
 use super::arguments::{CalibrateOptions, Common};
 use super::input::{interrupt_flag, overwrite};
 use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, interrupted, tell};
-use crate::plot::target::{self, Product};
+use super::{CommandEnd, interrupted, tell};
+use crate::Error;
+use crate::output::{Output, Product};
 use crate::report::CalibrationReport;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,7 +17,7 @@ use stickslip_case::CaseError;
 use stickslip_files::Reservation;
 use stickslip_files::disk::same_file;
 
-pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, Error> {
     let study = read_study(options)?;
     let name = &study.runs.source.name;
     let path = options
@@ -26,9 +27,10 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<C
     // Set before the file is created, so that an interruption ends the calibration cleanly from then on.
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
-    if let Some(case) = &options.case {
-        check_case_target(case, &path, &study, options.force)?;
-    }
+    let case = options.case.as_deref();
+    let case = case
+        .map(|case| case_output(case, &path, &study, options.force))
+        .transpose()?;
     let jobs = options.runs.jobs.unwrap_or_else(stickslip_engine::workers::processors);
     let bar = Bar::new(common, BarKind::Parts, &stop);
     let clock = Instant::now();
@@ -40,10 +42,10 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<C
         Err(CalibrationError::NothingRun) => {
             return interrupted(common, " before the first run was done; nothing is saved");
         }
-        Err(error) => return Err(CommandError::computation(error)),
+        Err(error) => return Err(Error::computation(error)),
     };
-    let file = write_file(&study, &calibration, place).map_err(CommandError::computation)?;
-    if let Some(case) = &options.case {
+    let file = write_file(&study, &calibration, place).map_err(Error::computation)?;
+    if let Some(case) = &case {
         write_case(case, &study, &calibration)?;
     }
     let paths = (&*file, options.case.as_deref());
@@ -64,19 +66,20 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
     CalibrationStudy::parse(source, &options.runs.overrides()?)
 }
 
-fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
+fn case_output(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<Output, Error> {
     if same_file(case, result) {
-        return Err(CommandError::input(format!(
-            "{}: is the result file, too; choose another name with --case or -o",
-            case.display()
-        )));
+        let why = "is the result file, too; choose another name with --case or -o";
+        return Err(Error::of_file(case, why));
     }
-    Ok(target::check(case, Product::Case, &study.runs.files, force)?)
+    Output::new(case, Product::Case, &study.runs.files, force)
 }
 
-fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
+fn write_case(output: &Output, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), Error> {
     let case = study.case_at(&calibration.shares).map_err(|error| {
-        CommandError::computation(format!("{}: the case cannot be written: {error}", path.display()))
+        Error::computation(format!(
+            "{}: the case cannot be written: {error}",
+            output.path().display()
+        ))
     })?;
     let mut text = format!(
         "# Calibrated by stickslip {} from {}; free parameters:\n",
@@ -87,5 +90,5 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
         text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));
     }
     text += &case.resolved();
-    Ok(target::write(path, Product::Case, &[text.as_bytes()])?)
+    output.write(&[text.as_bytes()])
 }

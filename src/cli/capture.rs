@@ -2,7 +2,8 @@
 
 use super::arguments::ProgressChoice;
 use super::captured::{Capturing, CommandHandle, Said};
-use super::{Arguments, CommandEnd, CommandError, dispatch};
+use super::{Arguments, CommandEnd, dispatch};
+use crate::Error;
 use clap::Parser;
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -13,17 +14,17 @@ use std::sync::Arc;
 pub fn capture(
     arguments: impl IntoIterator<Item = OsString>,
     watch: Arc<CommandHandle>,
-) -> (Said, Result<CommandEnd, CommandError>) {
+) -> (Said, Result<CommandEnd, Error>) {
     let capturing = Capturing::new(watch);
     let end = ended(arguments);
     (capturing.end(), end)
 }
 
-fn ended(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandEnd, CommandError> {
+fn ended(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandEnd, Error> {
     let program = std::iter::once(OsString::from("stickslip"));
     let arguments = Arguments::try_parse_from(program.chain(arguments)).map_err(|error| {
         let text = error.to_string();
-        CommandError::input(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
+        Error::input(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
     })?;
     let Arguments { command, mut common } = arguments;
     common.json = true;

@@ -2,7 +2,8 @@
 
 use super::arguments::{CaseOptions, Common};
 use super::builtins::{self, ListedCase};
-use super::{CommandEnd, CommandError, print, print_json, show};
+use super::{CommandEnd, print, print_json, show};
+use crate::Error;
 use crate::report::{Page, PageTable, Report};
 use serde::Serialize;
 use stickslip_analysis::analysis::work_precision;
@@ -31,7 +32,7 @@ impl Report for Vec<ListedCase> {
     }
 }
 
-pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, Error> {
     if let Some(name) = &options.name {
         let studies = STUDIES
             .iter()

@@ -3,7 +3,8 @@
 use super::arguments::{CertifyOptions, Common};
 use super::cycle::cycle_error;
 use super::input::{interrupt_flag, output_of, overwrite};
-use super::{CommandEnd, CommandError, interrupted, tell};
+use super::{CommandEnd, interrupted, tell};
+use crate::Error;
 use crate::report::CycleCertificateReport;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -19,27 +20,27 @@ pub(super) fn is_one(path: &Path) -> bool {
     file.is_ok_and(|file| matches!(file.added_group(group::CYCLE, 0), Ok(Some(_))))
 }
 
-pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<CommandEnd, Error> {
     if !options.set.is_empty() {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--set changes a case, not the file of a cycle: find the cycle of the changed case with stickslip cycle \
              --set, and certify that",
         ));
     }
     if options.figure.is_some() {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--figure draws the first stick of sliding that slows down by itself, and a cycle has none; leave it out",
         ));
     }
     if options.budget.is_given() {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--max-wall-time bounds runs, and the exact solver makes the certificate of a cycle; leave it out, or end the command by Ctrl-C",
         ));
     }
     let digits = options.digits.unwrap_or(DIGITS);
     let most = oracle::DIGITS.end() - 20;
     if !(1..=most).contains(&digits) {
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "--digits {digits}: from 1 to {most} digits can be asked for"
         )));
     }
@@ -66,7 +67,7 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         Err(NotCertified::Cycle(CycleError::Interrupted) | NotCertified::Oracle(OracleError::Interrupted(_))) => {
             return interrupted(common, " while the exact solver computed; no certificate was written");
         }
-        other => other.map_err(CommandError::computation)?,
+        other => other.map_err(Error::computation)?,
     };
     write_certified(path, &target, overwrite(options.force), &certificate.additions())?;
     let report = CycleCertificateReport {

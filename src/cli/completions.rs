@@ -2,7 +2,8 @@
 //! that names and keys are those of the installed version.
 
 use super::arguments::{Arguments, Common, CompletionsOptions, Shell};
-use super::{CommandEnd, CommandError, print, print_json};
+use super::{CommandEnd, print, print_json};
+use crate::Error;
 use clap::CommandFactory;
 use clap_complete::CompleteEnv;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
@@ -32,7 +33,7 @@ struct Completion<'a> {
     shell: &'static str,
 }
 
-pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<CommandEnd, Error> {
     let (shell, last): (&dyn EnvCompleter, &str) = match options.shell {
         Shell::Bash => (&Bash, ""),
         Shell::Fish => (&Fish, ""),
@@ -41,7 +42,7 @@ pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Resu
     let mut script = Vec::new();
     shell
         .write_registration(ASKED, NAME, NAME, NAME, &mut script)
-        .map_err(|error| CommandError::computation(format!("writing the script failed: {error}")))?;
+        .map_err(|error| Error::computation(format!("writing the script failed: {error}")))?;
     let script = String::from_utf8_lossy(&script).trim_start().to_owned() + last;
     if common.json {
         let shell = shell.name();

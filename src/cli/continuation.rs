@@ -5,7 +5,8 @@ use super::cycle::cycle_error;
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::progress::{Bar, BarKind};
 use super::sweep::resumable;
-use super::{CommandEnd, CommandError, interrupted, strictly, tell};
+use super::{CommandEnd, interrupted, strictly, tell};
+use crate::Error;
 use crate::report::BranchesReport;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -16,7 +17,7 @@ use stickslip_analysis::continuation::{
 use stickslip_analysis::study::StudySource;
 use stickslip_analysis::sweep::journal_path;
 
-pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, Error> {
     let source = StudySource::find(&options.study, CONTINUATIONS)?;
     let study = ContinuationStudy::parse(source, &overrides(&options.set, None)?)?;
     let path = options.output.clone();
@@ -41,7 +42,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
             journal_path(&path).display()
         );
         if !stop.load(Ordering::Relaxed) {
-            return Err(CommandError::computation(format!(
+            return Err(Error::computation(format!(
                 "the time of solver.max_wall_time is over{how}; more time is --set solver.max_wall_time=T"
             )));
         }
@@ -55,16 +56,14 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
     )
 }
 
-fn command_error(error: &ContinuationError, path: &Path) -> CommandError {
+fn command_error(error: &ContinuationError, path: &Path) -> Error {
     match error {
-        ContinuationError::Case(error) => CommandError::input(error),
+        ContinuationError::Case(error) => Error::input(error),
         ContinuationError::Cycle(error)
         | ContinuationError::Explore(ExploreError::NoStart(error) | ExploreError::Case(error)) => cycle_error(error),
-        ContinuationError::Explore(ExploreError::NotSteady) => CommandError::input(error),
-        ContinuationError::Explore(ExploreError::Journal(_)) | ContinuationError::Journal(_) => {
-            CommandError::input(error)
-        }
-        ContinuationError::File(inner) if inner.is_of_the_system() => CommandError::computation(resumable(error, path)),
-        ContinuationError::File(_) => CommandError::input(error),
+        ContinuationError::Explore(ExploreError::NotSteady) => Error::input(error),
+        ContinuationError::Explore(ExploreError::Journal(_)) | ContinuationError::Journal(_) => Error::input(error),
+        ContinuationError::File(inner) if inner.is_of_the_system() => Error::computation(resumable(error, path)),
+        ContinuationError::File(_) => Error::input(error),
     }
 }

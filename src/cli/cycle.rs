@@ -2,7 +2,8 @@
 
 use super::arguments::{Common, CycleOptions, SearchFrom};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
-use super::{CommandEnd, CommandError, interrupted, tell};
+use super::{CommandEnd, interrupted, tell};
+use crate::Error;
 use crate::report::CycleReport;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -27,14 +28,14 @@ struct Wanted {
 }
 
 impl Wanted {
-    fn of(options: &CycleOptions) -> Result<Wanted, CommandError> {
+    fn of(options: &CycleOptions) -> Result<Wanted, Error> {
         let path = Path::new(&options.case);
         match (options.branch.zip(options.point), is_hdf5(path) && Stored::is_one(path)) {
             (place, true) => of_branch(path, place, options),
             (Some(_), false) if path.extension().is_some() && !path.exists() => {
-                Err(CommandError::input(format!("{}: there is no such file", options.case)))
+                Err(Error::input(format!("{}: there is no such file", options.case)))
             }
-            (Some(_), false) => Err(CommandError::input(format!(
+            (Some(_), false) => Err(Error::input(format!(
                 "{}: is not the file of a continuation; --branch and --point choose a point of one, which stickslip continue writes",
                 options.case
             ))),
@@ -55,10 +56,10 @@ impl Wanted {
     }
 }
 
-fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions) -> Result<Wanted, CommandError> {
+fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions) -> Result<Wanted, Error> {
     check_sound(path)?;
     let file = Stored::read(path)?;
-    let refused = |why: String| Err(CommandError::input(format!("{}: {why}", path.display())));
+    let refused = |why: String| Err(Error::input(format!("{}: {why}", path.display())));
     let count = file.branches.len();
     let Some((number, index)) = place else {
         return refused(format!(
@@ -108,7 +109,7 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
     })
 }
 
-pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEnd, Error> {
     let Wanted {
         given,
         set,
@@ -134,7 +135,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     });
     let (family, orbit, case) = match found {
         Err(CycleError::Interrupted) if !stop.load(Ordering::Relaxed) => {
-            return Err(CommandError::computation(format!(
+            return Err(Error::computation(format!(
                 "{}: no cycle was found in the {} s of wall time that solver.max_wall_time allows; raise it, or give a period \
                  with --period",
                 given.source.label(),
@@ -153,10 +154,10 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         .watch(&*stop)
         .start()?;
     if let Some(error) = &saved.unsaved {
-        return Err(CommandError::computation(error));
+        return Err(Error::computation(error));
     }
     if let Some(failure) = &saved.run.failure {
-        return Err(CommandError::computation(failure));
+        return Err(Error::computation(failure));
     }
     let report = CycleReport {
         status: "complete",
@@ -171,9 +172,9 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
 }
 
 /// The input is wrong if the case has no cycle; otherwise the search failed.
-pub(super) fn cycle_error(error: &CycleError) -> CommandError {
+pub(super) fn cycle_error(error: &CycleError) -> Error {
     match error {
-        CycleError::NotPeriodic(_) | CycleError::NoCase(_) => CommandError::input(error),
-        _ => CommandError::computation(error),
+        CycleError::NotPeriodic(_) | CycleError::NoCase(_) => Error::input(error),
+        _ => Error::computation(error),
     }
 }

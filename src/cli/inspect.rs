@@ -1,10 +1,11 @@
 //! `stickslip inspect`: lists what a file contains.
 
 use super::arguments::{Common, InspectOptions};
-use super::{CommandEnd, CommandError, complain, show};
+use super::{CommandEnd, complain, show};
+use crate::Error;
 use stickslip_files::Contents;
 
-pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<CommandEnd, Error> {
     let contents = Contents::read(&options.file)?;
     if contents.growing && !common.quiet {
         complain(&format!(

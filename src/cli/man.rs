@@ -1,7 +1,8 @@
 //! `stickslip man`: writes manual pages from the definitions of `--help`.
 
 use super::arguments::{Arguments, Common, ManOptions};
-use super::{CommandEnd, CommandError, tell};
+use super::{CommandEnd, tell};
+use crate::Error;
 use crate::report::FilesReport;
 use clap::CommandFactory;
 use clap_mangen::Man;
@@ -10,10 +11,10 @@ use std::path::{Path, PathBuf};
 use stickslip_files::disk::write_whole;
 
 /// Writes a page for the program and one for each command. Earlier pages are replaced.
-pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, Error> {
     let folder = &options.folder;
     let written = pages(folder).map_err(|(path, error)| {
-        CommandError::computation(format!(
+        Error::computation(format!(
             "{}: the manual pages could not be written: {error}; check the folder and its disk, or name another",
             path.display()
         ))

@@ -1,12 +1,13 @@
 //! `stickslip merge`: joins the shards of a sweep in one file.
 
 use super::arguments::{Common, MergeArguments};
-use super::{CommandEnd, CommandError, tell};
+use super::{CommandEnd, tell};
+use crate::Error;
 use stickslip_files::MergeError;
 
-pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<CommandEnd, Error> {
     if options.by_reference {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--virtual is gone: merge copies the points, so that the file needs no shards any more; run it without --virtual",
         ));
     }
@@ -18,7 +19,7 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
     .map_err(|error| command_error(&error))?;
     tell(common, &report)?;
     if report.failed == report.points {
-        return Err(CommandError::computation(format!(
+        return Err(Error::computation(format!(
             "all {} points failed. The messages are in /failures of {}",
             report.points,
             report.file.display()
@@ -27,9 +28,9 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
     Ok(CommandEnd::Done)
 }
 
-fn command_error(error: &MergeError) -> CommandError {
+fn command_error(error: &MergeError) -> Error {
     match error {
-        MergeError::File(inner) if inner.is_of_the_system() => CommandError::computation(error),
-        _ => CommandError::input(error),
+        MergeError::File(inner) if inner.is_of_the_system() => Error::computation(error),
+        _ => Error::input(error),
     }
 }

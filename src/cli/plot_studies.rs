@@ -1,9 +1,10 @@
 //! `stickslip plot` for files of many runs: sweeps, calibrations, work-precision studies, continuations.
 
 use super::arguments::PlotOptions;
+use crate::Error;
 use crate::plot::branches::{self, Branches};
 use crate::plot::studies::{self, Choice, StudyQuantity};
-use crate::plot::{Figure, PlotError, work_precision};
+use crate::plot::{Figure, work_precision};
 use serde::Serialize;
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::Distribution;
@@ -40,7 +41,7 @@ pub(super) struct NotDrawn {
     pub why: String,
 }
 
-pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
+pub(super) fn kind(path: &Path) -> Result<StudyKind, Error> {
     let kind = match StudyFile::open_sweep(path) {
         Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
@@ -66,7 +67,7 @@ pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
     })
 }
 
-pub(super) fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Result<Chosen, PlotError> {
+pub(super) fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Result<Chosen, Error> {
     let figures = named(studies::figures(file, choice)?, only, file.path())?;
     let mut chosen = Chosen::of(figures);
     chosen.distributions = studies::distributions(file, choice)?;
@@ -74,7 +75,7 @@ pub(super) fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Re
 }
 
 /// The figures of a continuation with the requested quantities or names, or the most important ones.
-pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, PlotError> {
+pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, Error> {
     let file = Branches::read(path)?;
     let figures = match (quantities, only) {
         ([], [_, ..]) => file.all()?,
@@ -83,21 +84,21 @@ pub(super) fn of_branches(path: &Path, quantities: &[String], only: &[String]) -
     Ok(Chosen::of(named(figures, only, path)?))
 }
 
-pub(super) fn all_of_branches(path: &Path) -> Result<Chosen, PlotError> {
+pub(super) fn all_of_branches(path: &Path) -> Result<Chosen, Error> {
     Ok(Chosen::of(Branches::read(path)?.all()?))
 }
 
-fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<Figure>, PlotError> {
+fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<Figure>, Error> {
     if only.is_empty() {
         return Ok(figures);
     }
     let known: Vec<String> = figures.iter().map(|figure| figure.name.clone()).collect();
     figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
     match figures.is_empty() {
-        true => Err(PlotError::Study {
-            path: path.to_owned(),
-            why: format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
-        }),
+        true => Err(Error::of_file(
+            path,
+            format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
+        )),
         false => Ok(figures),
     }
 }
@@ -110,6 +111,6 @@ fn is_named(figure: &Figure, name: &str) -> bool {
     figure.name == name || entry && of_kind || number.as_deref() == Some(name)
 }
 
-pub(super) fn of_work_precision(path: &Path) -> Result<Chosen, PlotError> {
+pub(super) fn of_work_precision(path: &Path) -> Result<Chosen, Error> {
     Ok(Chosen::of(vec![work_precision::of_file(path)?]))
 }

@@ -3,13 +3,14 @@
 use super::arguments::{Common, RunOptions};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
 use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, complain, interrupted, strictly, tell};
+use super::{CommandEnd, complain, interrupted, strictly, tell};
+use crate::Error;
 use crate::report::RunSummary;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
 
-pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref())?;
@@ -80,9 +81,9 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
     match error {
         // Errors of the result file name it already.
         Some(error) => {
-            Err(CommandError::computation(unsaved.or(write_error).unwrap_or_else(
-                || format!("{error}. What was computed until then is in {path}"),
-            )))
+            Err(Error::computation(unsaved.or(write_error).unwrap_or_else(|| {
+                format!("{error}. What was computed until then is in {path}")
+            })))
         }
         None if run.report.interrupted => {
             let end = run.report.end;

@@ -3,7 +3,8 @@
 use super::arguments::{Common, SweepOptions};
 use super::input::{interrupt_flag, overwrite};
 use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, captured, interrupted, strictly, tell};
+use super::{CommandEnd, captured, interrupted, strictly, tell};
+use crate::Error;
 use crate::report::SweepSummary;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,20 +17,20 @@ const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
 /// Refuses to be one of several MPI ranks, because all of them would run the same points. A command inside another
 /// program, perhaps under `mpi4py.futures`, is exempt.
-fn refuse_ranks(options: &SweepOptions) -> Result<(), CommandError> {
+fn refuse_ranks(options: &SweepOptions) -> Result<(), Error> {
     let size = |name: &&str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
     let is_rank = !captured::now() && options.shard.is_none() && MPI_SIZES.iter().filter_map(size).any(|size| size > 1);
     if !is_rank && !options.mpi {
         return Ok(());
     }
-    Err(CommandError::input(
+    Err(Error::input(
         "a sweep is not shared by the ranks of an MPI job any more, and each of them would run all points; give each process \
          a part with --shard K/N (in a Slurm job array --shard slurm) and combine them by `stickslip merge`, or run the study \
          from Python by stickslip.sweep(study, executor=...) with mpi4py.futures (docs/clusters.md)",
     ))
 }
 
-pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEnd, Error> {
     refuse_ranks(options)?;
     let study = read_study(options)?;
     let path = options
@@ -69,7 +70,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
     // Other shards may have successful points; merge reports the case that none has.
     if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
         let (point, message) = &report.failures[0];
-        return Err(CommandError::computation(format!(
+        return Err(Error::computation(format!(
             "all {} points failed, point {point} with: {message}. The messages are in /failures of {}",
             report.points,
             report.file.display()
@@ -114,17 +115,17 @@ pub(super) fn resumable(error: &impl ToString, path: &Path) -> String {
     }
 }
 
-fn command_error(error: &SweepError, path: &Path) -> CommandError {
+fn command_error(error: &SweepError, path: &Path) -> Error {
     let text = error.to_string();
     match error {
-        SweepError::Refused(_) => CommandError::input(text),
+        SweepError::Refused(_) => Error::input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
-            Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::computation(text),
-            _ if inner.is_of_the_system() => CommandError::computation(resumable(error, path)),
-            _ => CommandError::input(text),
+            Reason::NoReader(_) | Reason::NotCreated(_) => Error::computation(text),
+            _ if inner.is_of_the_system() => Error::computation(resumable(error, path)),
+            _ => Error::input(text),
         },
-        SweepError::Journal(_) => CommandError::input(text),
-        SweepError::Executor(_) => CommandError::computation(resumable(error, path)),
-        _ => CommandError::computation(text),
+        SweepError::Journal(_) => Error::input(text),
+        SweepError::Executor(_) => Error::computation(resumable(error, path)),
+        _ => Error::computation(text),
     }
 }

@@ -2,19 +2,19 @@
 
 use super::arguments::{Common, FigureFormat, WorkPrecisionOptions};
 use super::input::{interrupt_flag, overwrite};
-use super::plot;
+use super::plot::{self, FigureOutput};
 use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, interrupted, tell};
-use crate::plot::{PlotError, signature, target, work_precision as figure};
+use super::{CommandEnd, interrupted, tell};
+use crate::Error;
+use crate::output::Output;
+use crate::plot::{signature, work_precision as figure};
 use crate::report::PrecisionReport;
 use std::path::{Path, PathBuf};
-use stickslip_analysis::analysis::work_precision::{
-    PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
-};
+use stickslip_analysis::analysis::work_precision::{PrecisionStudy, STUDIES, StudyError, StudySource, run};
 use stickslip_analysis::provenance;
 use stickslip_files::Reservation;
 
-pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, Error> {
     let source = StudySource::find(&options.study, STUDIES)?;
     let study = PrecisionStudy::parse(source)?;
     let path = options
@@ -25,22 +25,26 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let stop = interrupt_flag()?;
     let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
     let names = signature::source(std::slice::from_ref(&path));
-    let figures = figure_targets(options.figure.as_deref(), options.force, &study.files, &names)?;
+    let figures = figure_outputs(options.figure.as_deref(), options.force, &study.files, &names)?;
     let started = provenance::now();
     let bar = Bar::new(common, BarKind::Parts, &stop);
     let result = run(&study, &bar);
     bar.finish();
     let result = result.map_err(|error| match error {
-        StudyError::Truth(_) => CommandError::input(error),
-        _ => CommandError::computation(error),
+        StudyError::Truth(_) => Error::input(error),
+        _ => Error::computation(error),
     })?;
     let Some(result) = result else {
         return interrupted(common, " before there was a reference; nothing is saved");
     };
-    let file = result
-        .write(&study, &started, &place)
-        .map_err(CommandError::computation)?;
-    let figures = draw(&study, &result, &figures, &names)?;
+    let file = result.write(&study, &started, &place).map_err(Error::computation)?;
+    let drawn = !result.measurements.is_empty();
+    let figures: &[FigureOutput] = if drawn { &figures } else { &[] };
+    let figure = figure::figure(&study.title, &result);
+    figures
+        .iter()
+        .try_for_each(|output| plot::draw(&figure, output, &names))?;
+    let figures: Vec<PathBuf> = figures.iter().map(|(output, _)| output.path().to_owned()).collect();
     tell(common, &PrecisionReport::new(&study, &result, &file, &figures))?;
     if result.interrupted {
         let (done, all) = (result.measurements.len(), study.runs.len());
@@ -50,45 +54,28 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     Ok(CommandEnd::Done)
 }
 
-fn figure_targets(
+fn figure_outputs(
     folder: Option<&Path>,
     force: bool,
     inputs: &[PathBuf],
     source: &str,
-) -> Result<Vec<(PathBuf, FigureFormat)>, CommandError> {
+) -> Result<Vec<FigureOutput>, Error> {
     let Some(folder) = folder else {
         return Ok(Vec::new());
     };
     std::fs::create_dir_all(folder).map_err(|source| {
-        CommandError::computation(format!(
+        Error::computation(format!(
             "{}: creating the folder of the figure failed: {source}; choose another with --figure",
             folder.display()
         ))
     })?;
-    let mut targets = Vec::with_capacity(2);
-    for format in [FigureFormat::Svg, FigureFormat::Png] {
+    let output = |format: FigureFormat| {
         let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
-        target::check(&path, plot::OF_COMMAND, inputs, force)?;
+        let output = Output::new(&path, plot::OF_COMMAND, inputs, force)?;
         if !force {
-            plot::spare(&path, source, plot::OF_COMMAND)?;
+            output.spare(source)?;
         }
-        targets.push((path, format));
-    }
-    Ok(targets)
-}
-
-fn draw(
-    study: &PrecisionStudy,
-    result: &StudyResult,
-    targets: &[(PathBuf, FigureFormat)],
-    source: &str,
-) -> Result<Vec<PathBuf>, PlotError> {
-    if targets.is_empty() || result.measurements.is_empty() {
-        return Ok(Vec::new());
-    }
-    let figure = figure::figure(&study.title, result);
-    targets
-        .iter()
-        .map(|(path, format)| plot::draw(&figure, (path, *format), source.to_owned()).map(|()| path.clone()))
-        .collect()
+        Ok((output, format))
+    };
+    [FigureFormat::Svg, FigureFormat::Png].into_iter().map(output).collect()
 }

@@ -1,8 +1,9 @@
 //! Writer of comma-separated values. The header contains names with units in brackets. A number is the shortest
 //! decimal of the same double, a code is its word, and NaN is `NaN`.
 
-use super::ExportError;
 use super::table::ExportTable;
+use crate::Error;
+use crate::output::Product;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use stickslip_files::schema::{StorageKind, Variable};
@@ -38,8 +39,8 @@ fn push(line: &mut String, column: &Variable, value: f64) {
     };
 }
 
-pub(super) fn write(header: &str, table: &ExportTable, sink: impl Write, path: &Path) -> Result<(), ExportError> {
-    let failed = |error| ExportError::io(path, "writing", error);
+pub(super) fn write(header: &str, table: &ExportTable, sink: impl Write, path: &Path) -> Result<(), Error> {
+    let failed = |error| Product::Table.failed(path, "writing", error);
     let mut sink = BufWriter::new(sink);
     sink.write_all(header.as_bytes()).map_err(failed)?;
     let mut line = String::new();

@@ -2,7 +2,7 @@
 
 use super::metadata::{MARK, TableOrigin};
 use super::table::ExportTable;
-use super::{ExportError, csv, mat, npz};
+use super::{Error, csv, mat, npz};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -64,7 +64,7 @@ impl Format {
         origin: &TableOrigin,
         file: &File,
         path: &Path,
-    ) -> Result<(), ExportError> {
+    ) -> Result<(), Error> {
         match self {
             Format::Csv => csv::write(&csv::header(&table.columns), table, file, path),
             Format::Npz => npz::write(table, origin, file, path),

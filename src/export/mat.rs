@@ -1,9 +1,10 @@
 //! Writer of MAT-files, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and the metadata
 //! as a JSON text for `jsondecode`.
 
-use super::ExportError;
 use super::metadata::{MARK, TableOrigin, metadata, raw};
 use super::table::ExportTable;
+use crate::Error;
+use crate::output::Product;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -50,10 +51,10 @@ fn head(class: u32, rows: usize, columns: usize, name: &str) -> Vec<u8> {
     found
 }
 
-pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
-    let failed = |error: io::Error| ExportError::io(path, "writing", error);
+pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), Error> {
+    let failed = |error: io::Error| Product::Table.failed(path, "writing", error);
     if 8 * table.rows as u64 > MOST_BYTES {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{}: a variable of a MAT-file of level 5 has at most 2 GB, and {} rows take more; export .npz, or a --window",
             path.display(),
             table.rows

@@ -1,8 +1,9 @@
 //! Writer of NumPy archives: an array for each column, and one array with the metadata as JSON.
 
-use super::ExportError;
 use super::metadata::{MARK, TableOrigin, metadata, raw};
 use super::table::ExportTable;
+use crate::Error;
+use crate::output::Product;
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -54,8 +55,8 @@ impl Seek for FirstError<'_> {
     }
 }
 
-pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
-    let failed = |error: io::Error| ExportError::io(path, "writing", error);
+pub(super) fn write(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), Error> {
+    let failed = |error: io::Error| Product::Table.failed(path, "writing", error);
     let error = RefCell::new(None);
     let go_on = || error.take().map_or(Ok(()), |error| Err(failed(error)));
     let mut archive = ZipWriter::new(BufWriter::new(FirstError { file, error: &error }));

@@ -1,7 +1,8 @@
 //! The requested table: its columns, and its rows or the times at which it is evaluated.
 
 use super::table::{BLOCK, ExportTable, Spool};
-use super::{Export, ExportError, TableOrigin};
+use super::{Export, TableOrigin};
+use crate::Error;
 use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
@@ -75,8 +76,8 @@ const OF_EVENTS: [&str; 6] = [
     "true_error",
 ];
 
-pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Variable, String)>, ExportError> {
-    let of = |group: &str| -> Result<Vec<(Variable, String)>, ExportError> {
+pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Variable, String)>, Error> {
+    let of = |group: &str| -> Result<Vec<(Variable, String)>, Error> {
         let found = file.table(group)?.into_iter();
         Ok(found.map(|one| (one, group.to_owned())).collect())
     };
@@ -113,7 +114,7 @@ fn chosen<T>(
     all: Vec<T>,
     name: impl Fn(&T) -> &str,
     wanted: &[String],
-) -> Result<Vec<T>, ExportError> {
+) -> Result<Vec<T>, Error> {
     if wanted.is_empty() {
         return Ok(all);
     }
@@ -127,7 +128,7 @@ fn chosen<T>(
         let Some(taken) = place.and_then(|place| rest[place].take()) else {
             let twice = found.iter().any(|other| name(other) == one);
             let path = file.path().display();
-            return Err(ExportError::Asked(if twice {
+            return Err(Error::input(if twice {
                 format!("--channels names {} twice; leave one out", quoted(one))
             } else {
                 let close = suggest(one, known.iter().map(String::as_str));
@@ -148,11 +149,11 @@ fn chosen<T>(
 ///
 /// # Errors
 /// A column is unknown, the window contains no row, or the file is unreadable.
-pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, ExportError> {
+pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, Error> {
     let name = request.table.name();
     let all = columns(file, request.table)?;
     if all.is_empty() {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{}: it has no /{name}; repeat the run",
             file.path().display()
         )));
@@ -175,11 +176,11 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
 }
 
 /// Refuses a window (s) outside the run, which extends over `span`.
-fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), ExportError> {
+fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), Error> {
     if window.0 <= span.1 && window.1 >= span.0 {
         return Ok(());
     }
-    Err(ExportError::Asked(format!(
+    Err(Error::input(format!(
         "{}: the window from {:?} to {:?} s has no part of the run, which goes from {:?} to {:?} s; give one that has",
         file.path().display(),
         window.0,
@@ -190,7 +191,7 @@ fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Resu
 }
 
 /// Times of the first and the last sample, s; `None` without samples.
-pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
+pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, Error> {
     let rows = file.sample_count()?;
     if rows == 0 {
         return Ok(None);
@@ -200,13 +201,13 @@ pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
 }
 
 /// The `rows` whose times are in the window. For segments, those that overlap the window.
-fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
+fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, Error> {
     let (from, to) = request.window;
     let (starts, ends) = match request.table {
         Which::Trajectory | Which::Events => ("time", "time"),
         Which::Segments => ("start", "end"),
         Which::StickSlip => {
-            return Err(ExportError::Asked(
+            return Err(Error::input(
                 "--window is of times, and the cycles of /stick_slip have none; leave it out, or export --table events"
                     .to_owned(),
             ));
@@ -234,10 +235,10 @@ enum RequestValue {
 /// # Errors
 /// The table is not the trajectory, a column exists only at the samples, a time is outside the run, the run has too
 /// sparse samples and cannot be repeated, or the file is unreadable.
-pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, ExportError> {
+pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, Error> {
     let file = reference.file();
     if request.table != Which::Trajectory {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "--rate, --interval and --at evaluate a trajectory at other times, and /{} has rows of its own; leave them out",
             request.table.name()
         )));
@@ -266,7 +267,7 @@ fn by_dense_output(
     columns: Vec<Variable>,
     wanted: &[String],
     mut grid: TimeGrid<'_>,
-) -> Result<Export<'static>, ExportError> {
+) -> Result<Export<'static>, Error> {
     let chosen = chosen(file, group::TRAJECTORY, columns, |one| &one.name, &with_time(wanted))?;
     let mut spool = Spool::new(chosen.len())?;
     let mut row = vec![0.0; chosen.len()];
@@ -298,7 +299,7 @@ fn by_equations(
     columns: impl Iterator<Item = Variable>,
     asked: &[String],
     grid: TimeGrid<'_>,
-) -> Result<Export<'static>, ExportError> {
+) -> Result<Export<'static>, Error> {
     let file = reference.file();
     let mut left_out = Vec::new();
     let mut known = Vec::new();
@@ -317,7 +318,7 @@ fn by_equations(
     if let Some(one) = asked.iter().find(|one| left_out.contains(one)) {
         let path = file.path().display();
         let evaluable: Vec<&str> = known.iter().map(|(column, _)| column.name.as_str()).collect();
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: {one} is known at the samples of the run alone; export it without --rate, --interval and --at. At any time \
              there are {}",
             evaluable.join(", ")
@@ -374,7 +375,7 @@ fn by_equations(
 
 type TimeGrid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
 
-fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, ExportError> {
+fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, Error> {
     let (start, end) = reference.times();
     let path = reference.file().path().display();
     check_window(reference.file(), window, (start, end))?;
@@ -386,7 +387,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
             let last = times.partition_point(|time| *time <= window.1);
             let times = &times[first..last];
             if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
-                return Err(ExportError::Asked(format!(
+                return Err(Error::input(format!(
                     "{path}: the run goes from {start:?} to {end:?} s, and --at asks for t = {time:?} s; leave such times out, or \
                      give a --window"
                 )));
@@ -397,7 +398,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
         Times::Every(interval) => ((to - from) / interval, *interval, 1.0),
     };
     if !(0.0..MOST_ROWS).contains(&rows) {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{rows:.1e} rows are more than the {MOST_ROWS:e} that an export has; give a --window, or a lower --rate"
         )));
     }
@@ -415,8 +416,8 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
 ///
 /// # Errors
 /// The file is unreadable, a cell is no number, or the times do not increase.
-pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
-    let asked = |what: String| ExportError::Asked(format!("{}{what}", path.display()));
+pub fn read_times(path: &Path) -> Result<Vec<f64>, Error> {
+    let asked = |what: String| Error::input(format!("{}{what}", path.display()));
     let file =
         File::open(path).map_err(|error| asked(format!(": the times cannot be read: {error}; check the name")))?;
     let mut reader = csv::ReaderBuilder::new()

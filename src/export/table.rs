@@ -1,6 +1,6 @@
 //! Tables to export, with columns that can be read in any order, block by block.
 
-use super::ExportError;
+use crate::Error;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -45,7 +45,7 @@ impl<'a> ExportTable<'a> {
     }
 
     /// Reads rows of a column, as doubles.
-    pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
+    pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, Error> {
         match &self.source {
             ExportRows::File(file, groups, first) => {
                 let rows = first + rows.start..first + rows.end;
@@ -67,11 +67,10 @@ impl<'a> ExportTable<'a> {
         }
     }
 
-    fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, ExportError> {
+    fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, Error> {
         let mut bytes = vec![0; 8 * count];
-        file.seek(SeekFrom::Start(8 * place as u64))
-            .map_err(ExportError::temporary)?;
-        file.read_exact(&mut bytes).map_err(ExportError::temporary)?;
+        file.seek(SeekFrom::Start(8 * place as u64)).map_err(Error::temporary)?;
+        file.read_exact(&mut bytes).map_err(Error::temporary)?;
         let number = |raw: &[u8]| f64::from_le_bytes(raw.try_into().unwrap_or_default());
         Ok(bytes.chunks_exact(8).map(number).collect())
     }
@@ -92,15 +91,15 @@ pub(super) struct Spool {
 }
 
 impl Spool {
-    pub(super) fn new(columns: usize) -> Result<Spool, ExportError> {
+    pub(super) fn new(columns: usize) -> Result<Spool, Error> {
         Ok(Spool {
-            file: tempfile::tempfile().map_err(ExportError::temporary)?,
+            file: tempfile::tempfile().map_err(Error::temporary)?,
             block: vec![Vec::with_capacity(BLOCK); columns],
             rows: 0,
         })
     }
 
-    pub(super) fn push(&mut self, row: &[f64]) -> Result<(), ExportError> {
+    pub(super) fn push(&mut self, row: &[f64]) -> Result<(), Error> {
         for (column, value) in self.block.iter_mut().zip(row) {
             column.push(*value);
         }
@@ -111,16 +110,16 @@ impl Spool {
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), ExportError> {
+    fn flush(&mut self) -> Result<(), Error> {
         let mut bytes = Vec::with_capacity(8 * BLOCK * self.block.len());
         for column in &mut self.block {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
             column.clear();
         }
-        self.file.write_all(&bytes).map_err(ExportError::temporary)
+        self.file.write_all(&bytes).map_err(Error::temporary)
     }
 
-    pub(super) fn finish(mut self, name: &str, columns: Vec<Variable>) -> Result<ExportTable<'static>, ExportError> {
+    pub(super) fn finish(mut self, name: &str, columns: Vec<Variable>) -> Result<ExportTable<'static>, Error> {
         self.flush()?;
         Ok(ExportTable {
             name: name.to_owned(),

@@ -1,9 +1,9 @@
 //! Elements of a drawing: lines, points, marks and cells.
 
 use super::drawing::Drawing;
-use super::error::PlotError;
 use super::figure::{Cell, CurveStyle, MarkShape};
 use super::style::*;
+use crate::Error;
 use plotters::coord::CoordTranslate;
 use plotters::element::DashedPathElement;
 use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, WHITE};
@@ -20,7 +20,7 @@ pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
     points: Vec<C::From>,
     color: RGBColor,
     style: CurveStyle,
-) -> Result<(), PlotError> {
+) -> Result<(), Error> {
     let line = stroke(color, CURVE_STROKE);
     let (radius, circle) = match style {
         CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
@@ -48,7 +48,7 @@ fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     point: C::From,
     color: RGBColor,
     shape: MarkShape,
-) -> Result<(), PlotError> {
+) -> Result<(), Error> {
     let edge = stroke(color, THIN_STROKE + 6);
     let inner = if shape.is_filled() {
         color.filled()
@@ -81,7 +81,7 @@ pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
     area: &Sheet<C>,
     cell: Cell,
     corners: [(X, X); 2],
-) -> Result<(), PlotError> {
+) -> Result<(), Error> {
     let [(left, low), (right, high)] = corners;
     let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
     let (ground, lines) = match cell {

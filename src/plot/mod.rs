@@ -28,7 +28,6 @@ pub mod decimate;
 mod draw;
 mod drawing;
 pub mod entry;
-pub mod error;
 pub mod figure;
 pub mod font;
 pub(crate) mod html;
@@ -52,13 +51,13 @@ pub mod spiral;
 pub mod studies;
 pub mod style;
 mod svg;
-pub mod target;
 pub mod typeset;
 pub mod work_precision;
 
+use crate::Error;
+
 pub use draw::draw;
 pub use drawing::{Drawing, DrawingElement, ElementForm, Text};
-pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel};
 pub use points::PointsPage;
 pub use run::DrawnRun;

@@ -3,8 +3,8 @@
 //! Some printers reject transparency. Translucent colours are therefore mixed with white.
 
 use super::drawing::{Drawing, DrawingElement};
-use super::error::PlotError;
 use super::signature;
+use crate::Error;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::LineJoinStyle;
@@ -14,11 +14,10 @@ use tiny_skia::{Path, PathSegment, Point};
 
 impl Drawing {
     /// The PDF file, with one page.
-    pub fn pdf(&self) -> Result<Vec<u8>, PlotError> {
-        let failed = |error: std::io::Error| PlotError::Drawing(error.to_string());
+    pub fn pdf(&self) -> Result<Vec<u8>, Error> {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-        encoder.write_all(&self.page()).map_err(failed)?;
-        let content = encoder.finish().map_err(failed)?;
+        encoder.write_all(&self.page()).map_err(Error::drawing)?;
+        let content = encoder.finish().map_err(Error::drawing)?;
         let [information, catalogue, pages, sheet, stream] = [1, 2, 3, 4, 5].map(Ref::new);
         let mut pdf = Pdf::new();
         pdf.set_version(1, 4);

@@ -1,10 +1,10 @@
 //! Phase portraits in windows that follow from events.
 
 use super::entry::{CatalogueEntry, Drawn, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
-use super::error::PlotError;
 use super::own::phase;
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
+use crate::Error;
 use stickslip_analysis::analysis::stability::Modes;
 use stickslip_system::model::system::{End, System, Train};
 
@@ -17,7 +17,7 @@ const SWINGS: f64 = 20.0;
 ///
 /// # Errors
 /// The channel is unknown, the window contains no sample, or the file is unreadable.
-pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
+pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, Error> {
     let mut turns = Turns::default();
     run.each_sample(&[channel], window, |row| turns.push(row[0]))?;
     Ok(turns.amplitudes())
@@ -114,7 +114,7 @@ pub(super) struct ShownPortrait {
 
 const MANY: usize = 60;
 
-pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, Error> {
     let samples = run.rows_in(window)?.len();
     let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
     Ok((samples < MANY).then(few))

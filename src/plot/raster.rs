@@ -1,8 +1,8 @@
 //! PNG output.
 
 use super::drawing::{Drawing, ElementForm};
-use super::error::PlotError;
 use super::signature;
+use crate::Error;
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Pixmap, Stroke, Transform};
 
 /// Pixels.
@@ -13,10 +13,14 @@ impl Drawing {
     ///
     /// # Errors
     /// The picture is too large.
-    pub fn png(&self, dpi: f64) -> Result<Vec<u8>, PlotError> {
+    pub fn png(&self, dpi: f64) -> Result<Vec<u8>, Error> {
         let scale = dpi / 25.4 / self.units_per_mm;
         let [width, height] = [self.size.0, self.size.1].map(|units| (f64::from(units) * scale).ceil());
-        let too_large = || PlotError::TooLarge { width, height };
+        let too_large = || {
+            Error::input(format!(
+                "a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi"
+            ))
+        };
         if width * height > LARGEST {
             return Err(too_large());
         }
@@ -44,7 +48,7 @@ impl Drawing {
                 }
             }
         }
-        encode(&pixels, dpi, &self.source).map_err(|error| PlotError::Drawing(error.to_string()))
+        encode(&pixels, dpi, &self.source).map_err(Error::drawing)
     }
 }
 

@@ -1,6 +1,6 @@
 //! States on both sides of events. Missing torques and forces follow from the equations.
 
-use super::error::PlotError;
+use crate::Error;
 use stickslip_compare::reference::states_at_events;
 use stickslip_engine::simulation::Course;
 use stickslip_files::ResultFile;
@@ -14,7 +14,7 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, PlotError> {
+    pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, Error> {
         Ok(Sides {
             before: file.event_column(&format!("{channel}_before"))?,
             after: file.event_column(&format!("{channel}_after"))?,
@@ -29,7 +29,7 @@ impl Sides {
         events: &[Event],
         first: Option<Mode>,
         channel: &str,
-    ) -> Result<Option<Sides>, PlotError> {
+    ) -> Result<Option<Sides>, Error> {
         let mut channels = Channels::CHANNELS.iter();
         let of_state = channels.position(|known| known.name == channel && !known.has_history);
         if of_state.is_none() && channel != "mode" {

@@ -1,8 +1,8 @@
 //! The figure of `stickslip work-precision`.
 
-use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
+use crate::Error;
 use plotters::style::RGBColor;
 use std::path::Path;
 use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, StudyResult};
@@ -25,7 +25,7 @@ struct MethodSeries<'a> {
 ///
 /// # Errors
 /// The file is of another kind, of a newer version, or damaged.
-pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
+pub fn of_file(path: &Path) -> Result<Figure, Error> {
     let (title, result) = StudyResult::read(path)?;
     Ok(figure(&title, &result))
 }

@@ -1,7 +1,8 @@
 //! The figures of a report.
 
+use crate::Error;
 use crate::plot::comparison::DrawnCandidate;
-use crate::plot::{self, DrawnRun, Figure, PlotError};
+use crate::plot::{self, DrawnRun, Figure};
 use crate::report::{DrawnPage, PagePart};
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
@@ -16,7 +17,7 @@ pub(super) fn figures(
     (report, number): (&Path, usize),
 ) -> Vec<PagePart> {
     let stem = report.file_stem().unwrap_or_default().to_string_lossy();
-    let drawn = || -> Result<Vec<PagePart>, PlotError> {
+    let drawn = || -> Result<Vec<PagePart>, Error> {
         let run = DrawnRun::open(Path::new(&comparison.reference))?;
         let path = Path::new(&comparison.candidate);
         let beside = DrawnCandidate {

@@ -8,7 +8,8 @@ use super::arguments::{Common, CompareOptions};
 use super::input::columns;
 use super::progress::{Bar, BarKind};
 use super::reference::open_reference;
-use super::{CommandEnd, CommandError, tell};
+use super::{CommandEnd, tell};
+use crate::Error;
 use crate::report::{Page, PagePart, Report};
 use serde::Serialize;
 use std::sync::Arc;
@@ -32,14 +33,12 @@ impl Report for CompareReport<'_> {
     }
 }
 
-pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, Error> {
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
-    let requirements = requirements
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(CommandError::input)?;
+    let requirements = requirements.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
     let report = options.report.as_deref();
     let report = report
-        .map(|path| target::ReportTarget::check(path, options))
+        .map(|path| target::ReportTarget::new(path, options))
         .transpose()?;
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
@@ -49,7 +48,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
         bar.finish();
         Ok(comparison?)
     });
-    let comparisons = comparisons.collect::<Result<Vec<_>, CommandError>>()?;
+    let comparisons = comparisons.collect::<Result<Vec<_>, Error>>()?;
     let shortfalls: Vec<String> = comparisons
         .iter()
         .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
@@ -57,7 +56,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     if let Some(target) = report {
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
-            let figures = drawn::figures((&reference, &mapping), c, (target.path(), number));
+            let figures = drawn::figures((&reference, &mapping), c, (target.output.path(), number));
             // The figures follow the paragraph about the files.
             page.parts.splice(1..1, figures);
             page
@@ -75,7 +74,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     tell(common, &report)?;
     match shortfalls.is_empty() {
         true => Ok(CommandEnd::Done),
-        false => Err(CommandError::computation(shortfalls.join("; "))),
+        false => Err(Error::computation(shortfalls.join("; "))),
     }
 }
 

@@ -12,11 +12,11 @@ pub mod marks;
 pub mod page;
 pub mod quantity;
 
-use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::studies::StudyEntry;
 use super::studies::data::drawn_axis;
 use super::style::{BLACK, BLUE, line_color};
+use crate::Error;
 use plotters::style::RGBColor;
 use quantity::{BranchQuantity, QUANTITIES};
 use std::path::Path;
@@ -69,7 +69,7 @@ impl<'a> Branches<'a> {
     ///
     /// # Errors
     /// The file is of another kind, of a newer version, or damaged.
-    pub fn read(path: &'a Path) -> Result<Branches<'a>, PlotError> {
+    pub fn read(path: &'a Path) -> Result<Branches<'a>, Error> {
         Ok(Branches {
             path,
             stored: Stored::read(path)?,
@@ -77,16 +77,11 @@ impl<'a> Branches<'a> {
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
-    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, PlotError> {
+    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, Error> {
         let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
         let found = self.known().find(|quantity| quantity.name == name);
-        found.ok_or_else(|| PlotError::NotInStudy {
-            path: self.path.to_owned(),
-            what: "quantity",
-            name: name.to_owned(),
-            hint: hint(name, known.iter().copied()),
-            known: known.join(", "),
-        })
+        let what = || format!("{}: the study has no quantity", self.path.display());
+        found.ok_or_else(|| Error::unknown(what(), name, &known, ""))
     }
 
     fn known(&self) -> impl Iterator<Item = &'static BranchQuantity> {
@@ -111,7 +106,7 @@ impl<'a> Branches<'a> {
     ///
     /// # Errors
     /// A quantity is unknown, or there is nothing to draw.
-    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, PlotError> {
+    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, Error> {
         let chosen = match quantities {
             [] => self.of_interest(),
             names => names.iter().map(|name| self.quantity(name)).collect::<Result<_, _>>()?,
@@ -121,16 +116,13 @@ impl<'a> Branches<'a> {
             figures.extend(self.plane());
         }
         match figures.is_empty() {
-            true => Err(PlotError::Study {
-                path: self.path.to_owned(),
-                why: "has no points; there is nothing to draw".to_owned(),
-            }),
+            true => Err(Error::of_file(self.path, "has no points; there is nothing to draw")),
             false => Ok(figures),
         }
     }
 
     /// Figures of all quantities, and of the curves of special points.
-    pub fn all(&self) -> Result<Vec<Figure>, PlotError> {
+    pub fn all(&self) -> Result<Vec<Figure>, Error> {
         let names: Vec<String> = self.known().map(|quantity| quantity.name.to_owned()).collect();
         let mut figures = self.figures(&names)?;
         if !names.is_empty() {

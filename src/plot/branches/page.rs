@@ -4,7 +4,8 @@ use super::lines::{joined, links};
 use super::marks::mark;
 use super::quantity::{BranchQuantity, Value};
 use super::{Branches, KINDS, STYLES};
-use crate::plot::PlotError;
+use crate::Error;
+use crate::output::{Output, Product};
 use crate::plot::figure::{Axis, MarkShape};
 use crate::plot::html::{self, Doubles, PageDocument, counted, file_name};
 use crate::plot::points::{
@@ -13,7 +14,6 @@ use crate::plot::points::{
 };
 use crate::plot::studies::data::drawn_axis;
 use crate::plot::style;
-use crate::plot::target::{self, Product};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Special};
 use stickslip_analysis::cycle::CycleStability;
@@ -29,9 +29,9 @@ const RADIUS: f64 = 4.5;
 /// Writes the page to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// Unknown quantity, too many points, or an obstacle at `path`: see `target::check`; a full disk.
-pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
-    target::check(path, Product::Page, &[file.path.to_owned()], force)?;
+/// Unknown quantity, too many points, or an obstacle at `path`: see [`Output::new`]; a full disk.
+pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, Error> {
+    let output = Output::new(path, Product::Page, &[file.path.to_owned()], force)?;
     let stored = &file.stored;
     let chosen: Vec<&BranchQuantity> = match quantities {
         [] => file.known().collect(),
@@ -42,12 +42,12 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
     // The page repeats sequences of events.
     let sequences: usize = points(file).map(|(_, point)| point.sequence.len() + 3).sum();
     if count * (LETTERS * (columns.len() + chosen.len()) + 6) + sequences > SIZE_LIMIT {
-        return Err(PlotError::Study {
-            path: file.path.to_owned(),
-            why: format!(
+        return Err(Error::of_file(
+            file.path,
+            format!(
                 "{count} points are too many for a page; choose quantities with --quantity NAME, or draw a figure with -o"
             ),
-        });
+        ));
     }
     let interest = file.of_interest();
     let first = chosen
@@ -83,7 +83,7 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
         points: count,
         branches: Some(branches),
         quantities: chosen.len(),
-        bytes: page.write(&html::POINTS, path)?,
+        bytes: page.write(&html::POINTS, &output)?,
     })
 }
 

@@ -8,7 +8,7 @@ use super::orbit::PageOrbit;
 use super::pair::{PagePair, paired};
 use super::sparse::Sparse;
 use super::trajectory::Trajectory;
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::html::{Codes, Doubles, file_name};
 use crate::plot::sides::Sides;
 use stickslip_analysis::analysis::certificate::Verdict;
@@ -154,7 +154,7 @@ pub(super) struct Second {
 
 impl Second {
     /// `events` and `form` belong to the first run.
-    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, PlotError> {
+    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, Error> {
         let own = shown(&pair.events, &pair.form);
         Ok(Second {
             run: OneRun::of(pair.file, &pair.form, &pair.events, &mut Vec::new())?,
@@ -166,7 +166,7 @@ impl Second {
 
 impl OneRun {
     /// `events` are those of the file; cuts are added to `notes`.
-    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
+    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, Error> {
         let (name, run) = (file_name(file.path()), form.run.as_deref());
         let sparse = run.map_or_else(|| Ok(Sparse::default()), Sparse::of)?;
         Ok(OneRun {
@@ -183,11 +183,7 @@ impl OneRun {
 }
 
 impl RunContent<'_> {
-    pub(super) fn of<'a>(
-        file: &ResultFile,
-        form: &'a PageForm,
-        all_events: &[Event],
-    ) -> Result<RunContent<'a>, PlotError> {
+    pub(super) fn of<'a>(file: &ResultFile, form: &'a PageForm, all_events: &[Event]) -> Result<RunContent<'a>, Error> {
         let mut notes = Vec::new();
         let case = form.run.as_ref().map(|run| &run.case);
         let events = shown(all_events, form);

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::form::has_stick;
 use crate::plot::html::Doubles;
 use crate::plot::portraits::{ShownPortrait, few_samples, shown};
-use crate::plot::{DrawnRun, PlotError};
+use crate::plot::{DrawnRun, Error};
 
 const POINTS: usize = 30_000;
 
@@ -40,7 +40,7 @@ struct OrbitLine {
 
 impl PageOrbit {
     /// The orbit of the figure `phase-portrait`, and a note on omitted points.
-    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), PlotError> {
+    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), Error> {
         let ShownPortrait { axes, window, periodic } = shown(run);
         let period = run.attractor_period.filter(|_| periodic);
         let (heading, span) = match period {
@@ -55,7 +55,7 @@ impl PageOrbit {
         let few = few.unwrap_or_default();
         let over = run.axis(axes.0)?.name;
         let window = run.shortened(window, POINTS)?;
-        let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
+        let axis = |channel: &str| -> Result<OrbitAxis, Error> {
             let axis = run.axis(channel)?;
             Ok(OrbitAxis {
                 label: axis.short().to_owned(),

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::plot::html::Doubles;
 use crate::plot::run::widest_gap;
-use crate::plot::{DrawnRun, PlotError};
+use crate::plot::{DrawnRun, Error};
 
 const MOST: usize = 5_000;
 
@@ -24,7 +24,7 @@ pub(super) struct Sparse {
 }
 
 impl Sparse {
-    pub(super) fn of(run: &DrawnRun) -> Result<Sparse, PlotError> {
+    pub(super) fn of(run: &DrawnRun) -> Result<Sparse, Error> {
         let mut stretches = run.undersampled(run.times)?.stretches;
         let growth = growth(run)?;
         // Unless figures mark it already.
@@ -61,7 +61,7 @@ impl Sparse {
 }
 
 /// The part of the growth before the first contact event that has wider gaps than figures allow.
-fn growth(run: &DrawnRun) -> Result<Option<(f64, f64)>, PlotError> {
+fn growth(run: &DrawnRun) -> Result<Option<(f64, f64)>, Error> {
     let Some(((begin, end), period)) = run.growth().zip(run.natural_period) else {
         return Ok(None);
     };

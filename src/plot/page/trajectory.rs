@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::form::PageForm;
 use super::pair::{DIFFERENCE, PagePair};
 use super::thinning::{Blocks, Plan, ThinnedColumn, ThinnedStretch};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::html::{Doubles, encoded};
 use crate::plot::run::dense_points;
 use stickslip_files::schema::group;
@@ -90,7 +90,7 @@ impl Trajectory {
         form: &PageForm,
         pair: Option<&PagePair>,
         room: usize,
-    ) -> Result<Trajectory, PlotError> {
+    ) -> Result<Trajectory, Error> {
         let source = PageSource::new(file, pair.is_none())?;
         let samples = source.rows;
         // A sample takes a time, an offset per channel and its share of a base; base64 adds a third.

@@ -19,8 +19,8 @@ mod region;
 pub mod samples;
 mod selection;
 
-use super::error::PlotError;
 use super::figure::Figure;
+use crate::Error;
 pub use data::{StudyAxis, StudyData, StudyQuantity};
 use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_files::StudyFile;
@@ -90,7 +90,7 @@ pub const ENTRIES: [StudyEntry; 6] = [
 ///
 /// # Errors
 /// The file is unreadable, a quantity, axis or value is unknown, or there is nothing to draw.
-pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
+pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> {
     if choice.is_empty() && file.text("boundary/x").is_some() {
         return Ok(vec![super::critical::figure(file)?]);
     }
@@ -125,7 +125,7 @@ pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
 }
 
 /// The distribution of each drawn quantity over a sample. A grid has none, because its points are chosen.
-pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
+pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, Error> {
     let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
     if designed {
         return Ok(Vec::new());
@@ -142,7 +142,7 @@ pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyQuan
 
 /// The requested quantities, or those of the study. Without any: a sample's onset, or a grid's most distinctive
 /// result.
-fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
+fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, Error> {
     if choice.quantities.is_empty() {
         let wishes = ["onset_time", "attractor_period"];
         return Ok(data.of_interest(if data.is_grid { &[] } else { &wishes }));
@@ -155,9 +155,6 @@ fn title(data: &StudyData, what: &str) -> String {
     format!("{}{incomplete}: {what}", data.title)
 }
 
-fn refused<T>(data: &StudyData, why: impl Into<String>) -> Result<T, PlotError> {
-    Err(PlotError::Study {
-        path: data.path.clone(),
-        why: why.into(),
-    })
+fn refused<T>(data: &StudyData, why: impl Into<String>) -> Result<T, Error> {
+    Err(Error::of_file(&data.path, why.into()))
 }

@@ -3,7 +3,7 @@
 use super::data::{self, StudyData, StudyQuantity};
 use super::selection::selected;
 use super::{Choice, curves, refused, title};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::colors;
 use crate::plot::critical::Boundary;
 use crate::plot::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel, drawn, extent};
@@ -18,7 +18,7 @@ fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
     data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
-pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Choice) -> Result<Figure, PlotError> {
+pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Choice) -> Result<Figure, Error> {
     let mut selection = selected(data, choice)?;
     let mut open: Vec<usize> = (0..data.axes.len())
         .filter(|&axis| levels(data, axis, &selection.points).len() > 1)
@@ -162,7 +162,7 @@ pub(super) fn dots(
     quantity: &StudyQuantity,
     choice: &Choice,
     boundary: Option<Boundary>,
-) -> Result<Figure, PlotError> {
+) -> Result<Figure, Error> {
     let selection = selected(data, choice)?;
     let varying = || (0..data.axes.len()).filter(|&axis| data.axes[axis].varies());
     let [x, y] = match (&choice.axes, &boundary) {

@@ -2,7 +2,7 @@
 
 use super::data::{StudyData, levels};
 use super::{Choice, refused};
-use crate::plot::PlotError;
+use crate::Error;
 
 pub(super) struct Selection {
     pub points: Vec<usize>,
@@ -19,7 +19,7 @@ impl Selection {
     }
 }
 
-pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, PlotError> {
+pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, Error> {
     let mut points: Vec<usize> = (0..data.status.len()).collect();
     let mut held = Vec::new();
     for (name, text) in &choice.at {
