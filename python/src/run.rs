@@ -14,7 +14,8 @@ use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::results::schema::{StorageKind, Variable};
 use stickslip::results::{
-    AttributeValue, ColumnValues, Extra, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status, open_sound,
+    AttributeValue, ColumnValues, Extra, FileColumn, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status,
+    open_sound,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -290,16 +291,12 @@ pub fn run(
     let mut tables = Vec::new();
     let mut columns = HashMap::new();
     for table in rows.tables {
-        let group = table.schema.group;
+        let group = table.group;
         let mut described = Vec::new();
         // As in the file, the column of the witness comes after those that a recorder fills.
         let of_witness = end.run.witness.as_ref().filter(|_| group == "events");
-        let of_witness = of_witness.map(|witness| {
-            let column = witness.column();
-            (column.variable, column.values)
-        });
-        let recorded = table.schema.variables.into_iter().zip(table.columns);
-        for (variable, values) in recorded.chain(of_witness) {
+        let of_witness = of_witness.map(|witness| witness.column());
+        for FileColumn { variable, values } in table.columns.into_iter().chain(of_witness) {
             let kind = variable.kind.name();
             columns.insert((group.to_owned(), variable.name.clone()), values);
             described.push((variable.name, variable.units, variable.long_name, variable.flags, kind));

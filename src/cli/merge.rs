@@ -3,7 +3,6 @@
 use super::arguments::{Common, MergeArguments};
 use super::{CommandEnd, tell};
 use crate::Error;
-use stickslip_files::MergeError;
 
 pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<CommandEnd, Error> {
     if options.by_reference {
@@ -11,12 +10,7 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
             "--virtual is gone: merge copies the points, so that the file needs no shards any more; run it without --virtual",
         ));
     }
-    let report = stickslip_files::merge(&stickslip_files::MergeOptions {
-        shards: &options.shards,
-        output: &options.output,
-        replace: options.force,
-    })
-    .map_err(|error| command_error(&error))?;
+    let report = stickslip_files::merge(&options.shards, &options.output, options.force)?;
     tell(common, &report)?;
     if report.failed == report.points {
         return Err(Error::computation(format!(
@@ -26,11 +20,4 @@ pub(super) fn merge(options: &MergeArguments, common: &Common) -> Result<Command
         )));
     }
     Ok(CommandEnd::Done)
-}
-
-fn command_error(error: &MergeError) -> Error {
-    match error {
-        MergeError::File(inner) if inner.is_of_the_system() => Error::computation(error),
-        _ => Error::input(error),
-    }
 }

@@ -17,7 +17,7 @@ use stickslip::analysis::work_precision;
 use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
 use stickslip::compare::{Mapping, Reference};
-use stickslip::results::{MergeOptions, merge};
+use stickslip::results::merge;
 use stickslip::sweep::{EventRow, Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// Files of each kind, unless the environment says how many.
@@ -584,11 +584,7 @@ fn shards() {
             }
         }
         let _ = std::fs::remove_file(path("merged.h5"));
-        let options = MergeOptions {
-            shards: &[path("bad.h5"), path("2.h5")],
-            output: &path("merged.h5"),
-            replace: false,
-        };
-        merge(&options).map(drop).map_err(|error| error.to_string())
+        let merged = merge(&[path("bad.h5"), path("2.h5")], &path("merged.h5"), false);
+        merged.map(drop).map_err(|error| error.to_string())
     });
 }

@@ -8,7 +8,7 @@ use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::cli::{CommandEnd, Said, capture};
-use stickslip::results::{ColumnValues, KeptRows, KeptView, Overwrite, ResultFile, Status};
+use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -25,7 +25,7 @@ fn view(rows: &KeptRows) -> KeptView<'_> {
         tables: rows
             .tables
             .iter()
-            .map(|table| table.columns.iter().map(ColumnValues::view).collect())
+            .map(|table| table.columns.iter().map(|column| column.values.view()).collect())
             .collect(),
         order: &rows.order,
     }
@@ -94,13 +94,9 @@ fn results_typed_columns_are_those_of_memory() -> Outcome {
     kept.end.write(&path, Overwrite::OwnResults, &view(&kept.rows))?;
     let file = ResultFile::open(&path)?;
     for table in &kept.rows.tables {
-        for (variable, values) in table.schema.variables.iter().zip(&table.columns) {
-            assert_eq!(
-                &file.typed_column(table.schema.group, &variable.name)?,
-                values,
-                "{}",
-                variable.name
-            );
+        for column in &table.columns {
+            let name = &column.variable.name;
+            assert_eq!(file.typed_column(table.group, name)?, column.values, "{name}");
         }
     }
     let names: Vec<String> = file.tables()?.into_iter().map(|(group, _)| group).collect();

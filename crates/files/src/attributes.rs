@@ -2,14 +2,15 @@
 
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, H5Type, Location};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::raw;
 use super::schema::{self, Variable};
 use super::values::{ColumnValues, each};
 
 /// Value of an HDF5 attribute.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum AttributeValue {
     /// UTF-8 text.
     Text(String),
@@ -34,16 +35,6 @@ macro_rules! values_of {
 }
 
 values_of!(&str => Text, &String => Text, String => Text, i64 => Integer, f64 => Number, Vec<i64> => Integers);
-
-pub(super) fn plain<S: Serializer>(value: &AttributeValue, serializer: S) -> Result<S::Ok, S::Error> {
-    match value {
-        AttributeValue::Text(text) => text.serialize(serializer),
-        AttributeValue::Integer(number) => number.serialize(serializer),
-        AttributeValue::Number(number) => number.serialize(serializer),
-        AttributeValue::Integers(list) => list.serialize(serializer),
-        AttributeValue::Numbers(list) => list.serialize(serializer),
-    }
-}
 
 /// Writes a number with an exponent if that is shorter: 1e-10.
 impl std::fmt::Display for AttributeValue {
@@ -110,9 +101,8 @@ pub(super) fn describe(dataset: &Dataset, variable: &Variable) -> hdf5::Result<(
         .try_for_each(|(name, value)| match value {
             // Codes have the type of their variable.
             AttributeValue::Integers(codes) if name == schema::attribute::FLAG_VALUES => {
-                let mut values = ColumnValues::new(variable.kind, codes.len());
-                codes.iter().for_each(|&code| values.push(code as f64));
-                values.write_attribute(dataset, name)
+                let values = ColumnValues::of(variable.kind, codes.iter().map(|&code| code as f64));
+                each!(&values, list => write_array(dataset, name, list))
             }
             value => write_attribute(dataset, name, value),
         })
@@ -153,12 +143,6 @@ pub(super) fn write_attribute(location: &Location, name: &str, value: impl Into<
         AttributeValue::Number(number) => location.new_attr::<f64>().create(name)?.write_scalar(&number),
         AttributeValue::Integers(list) => write_array(location, name, &list),
         AttributeValue::Numbers(list) => write_array(location, name, &list),
-    }
-}
-
-impl ColumnValues<'_> {
-    pub(super) fn write_attribute(&self, location: &Location, name: &str) -> hdf5::Result<()> {
-        each!(self, list => write_array(location, name, list))
     }
 }
 

@@ -144,10 +144,8 @@ impl Check {
         let seal = read_seal(path)?;
         let found = source.text_attribute("", root::FORMAT)?;
         let format = match found {
-            Some(format) if schema::FORMATS.contains(&format.as_str()) => format,
-            found => {
-                return Err(Reason::NotAResult(found).of(path));
-            }
+            Some(format) if schema::own_format(Some(&format)).is_some() => format,
+            found => return Err(Reason::NotAResult(found).of(path)),
         };
         let report = CheckReport {
             file: path.to_owned(),
@@ -235,9 +233,9 @@ impl Check {
     fn everything(&mut self) -> Result<(), ResultError> {
         let mut variables = Vec::new();
         self.source.walk(&mut |path, member| {
-            match &member.is {
-                Object::Dataset(info) => variables.push((path.to_owned(), Ok(info.clone()))),
-                Object::Not(fault) => variables.push((path.to_owned(), Err(self.source.fault(fault)))),
+            match member.is {
+                Object::Dataset(info) => variables.push((path.to_owned(), Ok(info))),
+                Object::Not(reason) => variables.push((path.to_owned(), Err(reason.of(self.source.path())))),
                 _ => {}
             }
             Ok(())

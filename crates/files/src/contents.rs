@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::attributes::{AttributeValue, plain};
+use super::attributes::AttributeValue;
 use super::check::check_sound;
-use super::source::{DatasetInfo, FileSource, Object, ObjectFault};
+use super::source::{DatasetInfo, FileSource, Object};
 use super::{Reason, ResultError, ResultFile};
 
 /// Contents of a file of this program.
@@ -69,23 +69,22 @@ fn of_file(source: &FileSource) -> Result<Contents, ResultError> {
         damage: None,
     };
     list(source, "", &mut contents)?;
-    source.walk(&mut |path, member| match &member.is {
+    source.walk(&mut |path, member| match member.is {
         Object::Group(_) => list(source, path, &mut contents),
         Object::Dataset(info) => {
-            contents.variables.push(describe(source, path, &member.name, info)?);
+            contents.variables.push(describe(source, path, member.name, info)?);
             Ok(())
         }
-        Object::Not(ObjectFault::Unnamed(_)) => {
-            let kind = "not read: the name is not UTF-8".to_owned();
+        Object::Not(Reason::Unnamed(_)) => {
             contents.variables.push(VariableInfo {
                 group: group_of(path, &member.name),
-                name: member.name.clone(),
-                kind,
+                name: member.name,
+                kind: "not read: the name is not UTF-8".to_owned(),
                 ..VariableInfo::default()
             });
             Ok(())
         }
-        Object::Not(fault) => Err(source.fault(fault)),
+        Object::Not(reason) => Err(reason.of(source.path())),
         Object::Other => Ok(()),
     })?;
     Ok(contents)
@@ -107,19 +106,18 @@ fn group_of(path: &str, name: &str) -> String {
     format!("/{group}")
 }
 
-fn describe(source: &FileSource, path: &str, name: &str, info: &DatasetInfo) -> Result<VariableInfo, ResultError> {
+fn describe(source: &FileSource, path: &str, name: String, info: DatasetInfo) -> Result<VariableInfo, ResultError> {
     let described = source.described(path)?;
-    let bounds = if info.holds.is_number() && !info.shape.is_empty() {
-        bounds(source, path, info, described.fill.and_then(|fill| fill.number()))?
-    } else {
-        None
+    let bounds = match info.holds.is_number() && !info.shape.is_empty() {
+        true => bounds(source, path, &info, described.fill.and_then(|fill| fill.number()))?,
+        false => None,
     };
     let flag = |(value, meaning)| FlagInfo { value, meaning };
     Ok(VariableInfo {
-        group: group_of(path, name),
-        name: name.to_owned(),
+        group: group_of(path, &name),
+        name,
         kind: info.holds.name(),
-        shape: info.shape.clone(),
+        shape: info.shape,
         units: described.units,
         long_name: described.long_name,
         flags: described.flags.into_iter().map(flag).collect(),
@@ -154,7 +152,6 @@ pub struct AttributeInfo {
     /// Name of the attribute.
     pub name: String,
     /// Stored value.
-    #[serde(serialize_with = "plain")]
     pub value: AttributeValue,
 }
 

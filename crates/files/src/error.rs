@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 /// An error of a result file; the message names file and remedy.
 #[derive(Debug, thiserror::Error)]
-#[error("{path}: {reason}")]
+#[error("{}{reason}", place(.path))]
 pub struct ResultError {
-    /// File.
+    /// File; empty if several are at fault.
     pub path: PathBuf,
     /// Defect and remedy.
     pub reason: Reason,
@@ -75,7 +75,7 @@ pub enum Reason {
         super::schema::FORMAT
     )]
     NotAResult(Option<String>),
-    #[error("{}", another_kind(.0))]
+    #[error("{0}")]
     AnotherKind(&'static str),
     #[error("not the file of a sweep; give one written by `stickslip sweep`")]
     NotASweep,
@@ -83,6 +83,10 @@ pub enum Reason {
     OnlyAShard,
     #[error("not the file of a shard; give those written by `stickslip sweep --shard`")]
     NotAShard,
+    #[error("exists; choose another name with -o, or replace it with --force")]
+    Exists,
+    #[error("{0}")]
+    Shards(String),
     #[error(
         "a sweep without a boundary, and plot draws the boundaries of studies with a [boundary]; its map opens in any program that reads netCDF, as in xarray.open_dataset(\"{}\").stick_count.plot()",
         .0.display()
@@ -145,18 +149,21 @@ impl Reason {
     }
 }
 
-fn another_kind(format: &str) -> &'static str {
-    if format == super::schema::SWEEP_FORMAT {
-        "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws it, \
-         and with trajectory = true in [keep] a study leaves a result file of each run"
-    } else if format == super::schema::SWEEP_SHARD_FORMAT {
-        "holds a part of a sweep; put the parts together with `stickslip merge`"
-    } else if format == super::schema::CONTINUATION_FORMAT {
-        "holds the branches of a continuation, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
-         `stickslip cycle FILE --branch B --point K` runs a cycle of it"
-    } else {
-        "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
-         `stickslip run` writes results"
+/// An error of HDF5 in reading.
+impl From<hdf5::Error> for Reason {
+    fn from(error: hdf5::Error) -> Self {
+        let detail = describe(&error);
+        match detail.contains("unable to lock file") || detail.contains("already open for write") {
+            true => Reason::InUse,
+            false => Reason::Damaged(detail),
+        }
+    }
+}
+
+fn place(path: &Path) -> String {
+    match path.as_os_str().is_empty() {
+        true => String::new(),
+        false => format!("{}: ", path.display()),
     }
 }
 
@@ -171,10 +178,9 @@ fn their_format(found: &Option<String>) -> String {
 }
 
 fn and_kept(kept: &bool) -> &'static str {
-    if *kept {
-        " (the file is readable up to the last block that was saved)"
-    } else {
-        ""
+    match kept {
+        true => " (the file is readable up to the last block that was saved)",
+        false => "",
     }
 }
 
@@ -201,10 +207,7 @@ impl ResultError {
     }
 
     pub(super) fn write(path: &Path, kept: bool, error: &hdf5::Error) -> Self {
-        Self::write_detail(path, kept, describe(error))
-    }
-
-    pub(super) fn write_detail(path: &Path, kept: bool, detail: String) -> Self {
+        let detail = describe(error);
         let reason = if detail.contains("No space left") || detail.contains("quota") {
             Reason::DiskFull { kept }
         } else if detail.contains("File too large") {
@@ -213,11 +216,6 @@ impl ResultError {
             Reason::Write { detail, kept }
         };
         reason.of(path)
-    }
-
-    pub(super) fn read_detail(path: &Path, detail: String) -> Self {
-        let in_use = detail.contains("unable to lock file") || detail.contains("already open for write");
-        if in_use { Reason::InUse } else { Reason::Damaged(detail) }.of(path)
     }
 
     /// Error of the operating system during `action` at `path`.

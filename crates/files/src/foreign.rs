@@ -34,10 +34,10 @@ impl ForeignFile {
         let source = FileSource::open_with(path, Some(CHUNK_CACHE))?;
         let (mut infos, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
         source.walk(&mut |path, member| {
-            match &member.is {
-                Object::Dataset(info) => infos.push((path.to_owned(), info.clone())),
-                Object::Not(fault) => {
-                    let error = source.fault(fault);
+            match member.is {
+                Object::Dataset(info) => infos.push((path.to_owned(), info)),
+                Object::Not(reason) => {
+                    let error = reason.of(source.path());
                     left_out.push((path.to_owned(), format!("cannot be read ({error})")));
                     first = first.take().or(Some(error));
                 }

@@ -1,34 +1,32 @@
 //! Rows of a run in memory, with the columns of a result file.
 
+use super::ResultError;
 use super::rows::{PIECE_COEFFICIENTS, PIECES, TRAJECTORY, TableRows};
 use super::schema::{self, Extension, TableSchema};
-use super::values::ColumnValues;
-use super::{Addition, ResultError, Status, StickSlipTable};
+use super::values::{ColumnValues, FileColumn};
 
 /// A table with its columns.
 #[derive(Debug, Clone)]
 pub struct KeptTable {
-    /// Name, unit and description of each column.
-    pub schema: TableSchema,
-    /// Columns in the order of `schema.variables`, all of one length.
-    pub columns: Vec<ColumnValues<'static>>,
+    /// Group of the file.
+    pub group: &'static str,
+    /// Columns in the order of the file, all of one length.
+    pub columns: Vec<FileColumn>,
 }
 
 impl KeptTable {
-    fn new(schema: TableSchema) -> Self {
-        let columns = schema
-            .variables
-            .iter()
-            .map(|variable| ColumnValues::new(variable.kind, 0));
-        KeptTable {
-            columns: columns.collect(),
-            schema,
-        }
-    }
-
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, ColumnValues::len)
+        self.columns.first().map_or(0, |column| column.values.len())
+    }
+}
+
+impl From<TableSchema> for KeptTable {
+    fn from(schema: TableSchema) -> Self {
+        KeptTable {
+            group: schema.group,
+            columns: schema.variables.into_iter().map(FileColumn::empty).collect(),
+        }
     }
 }
 
@@ -47,7 +45,7 @@ impl KeptRows {
     /// An empty recorder for a run whose files have this extension.
     pub fn new(extension: &Extension) -> Self {
         KeptRows {
-            tables: schema::all_tables(extension).into_iter().map(KeptTable::new).collect(),
+            tables: schema::all_tables(extension).into_iter().map(KeptTable::from).collect(),
             order: Vec::new(),
             further: Vec::new(),
             events_alone: false,
@@ -78,7 +76,7 @@ impl TableRows for KeptRows {
         let of_motion = [TRAJECTORY, PIECES, PIECE_COEFFICIENTS].contains(&table);
         if let Some(kept) = self.tables.get_mut(table).filter(|_| !(of_motion && self.events_alone)) {
             for (column, &value) in kept.columns.iter_mut().zip(row.iter().copied().flatten()) {
-                column.push(value);
+                column.values.push(value);
             }
             if table != PIECE_COEFFICIENTS {
                 self.order.push(table as u8);
@@ -99,29 +97,8 @@ impl TableRows for KeptRows {
 /// A view of [`KeptRows`] whose columns may be stored elsewhere.
 #[derive(Debug)]
 pub struct KeptView<'a> {
-    /// Columns of [`KeptRows::tables`]. Further columns of a displayed table, such as the witness's, are not written:
-    /// [`KeptEnd`] holds their contents.
+    /// Columns of [`KeptRows::tables`]. Further columns of a displayed table, such as the witness's, are not written.
     pub tables: Vec<Vec<ColumnValues<'a>>>,
     /// [`KeptRows::order`].
     pub order: &'a [u8],
-}
-
-impl KeptView<'_> {
-    pub(super) fn row(&self, table: usize, row: usize, columns: usize) -> Vec<f64> {
-        let columns = self.tables[table].iter().take(columns);
-        columns.map(|column| column.at(row)).collect()
-    }
-}
-
-/// Parts of a result file that are not rows.
-#[derive(Debug)]
-pub struct KeptEnd<'a> {
-    /// Status of the run.
-    pub status: &'a Status,
-    /// Attributes of /stick_slip, and its rows after the recorded ones.
-    pub stick_slip: &'a StickSlipTable,
-    /// Results of a second method.
-    pub witness: &'a [Addition],
-    /// Wall time, s.
-    pub wall_time: f64,
 }

@@ -44,7 +44,7 @@ impl ResultFile {
         let source = FileSource::open(path)?;
         let found = source.text_attribute("", root::FORMAT)?;
         if found.as_deref() != Some(schema::FORMAT) {
-            let own = schema::FORMATS.into_iter().find(|own| found.as_deref() == Some(*own));
+            let own = schema::own_format(found.as_deref());
             return Err(own.map_or(Reason::NotAResult(found), Reason::AnotherKind).of(path));
         }
         let mut result = ResultFile {

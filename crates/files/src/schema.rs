@@ -10,13 +10,35 @@ use stickslip_system::record::{EventKind, RecordedChannel, State, channel};
 /// Root attribute `format` of every result file.
 pub const FORMAT: &str = "stickslip-result";
 pub(crate) const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
-pub(crate) const FORMATS: [&str; 5] = [
-    FORMAT,
-    WORK_PRECISION_FORMAT,
-    SWEEP_FORMAT,
-    SWEEP_SHARD_FORMAT,
-    CONTINUATION_FORMAT,
+/// Formats of this program, each with the hint for a command that wants the result of a run.
+pub(crate) const FORMATS: [(&str, &str); 5] = [
+    (FORMAT, ""),
+    (
+        WORK_PRECISION_FORMAT,
+        "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
+         `stickslip run` writes results",
+    ),
+    (
+        SWEEP_FORMAT,
+        "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws it, \
+         and with trajectory = true in [keep] a study leaves a result file of each run",
+    ),
+    (
+        SWEEP_SHARD_FORMAT,
+        "holds a part of a sweep; put the parts together with `stickslip merge`",
+    ),
+    (
+        CONTINUATION_FORMAT,
+        "holds the branches of a continuation, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
+         `stickslip cycle FILE --branch B --point K` runs a cycle of it",
+    ),
 ];
+
+/// The hint of [`FORMATS`] for a format of this program.
+pub(crate) fn own_format(format: Option<&str>) -> Option<&'static str> {
+    FORMATS.iter().find(|own| format == Some(own.0)).map(|own| own.1)
+}
+
 pub(crate) const CONTINUATION_FORMAT: &str = "stickslip-continuation";
 pub(crate) const SWEEP_FORMAT: &str = "stickslip-sweep";
 pub(crate) const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";

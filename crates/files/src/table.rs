@@ -82,6 +82,10 @@ impl TableWriter {
         self.rows
     }
 
+    pub(super) fn width(&self) -> usize {
+        self.columns.len()
+    }
+
     /// Buffers a row that comes in consecutive parts. Returns true if the row completes a chunk. Numbers are rounded
     /// to the type of their column.
     pub(super) fn push(&mut self, row: &[&[f64]]) -> bool {

@@ -157,7 +157,7 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match FileSource::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
-        Ok(format) => Ok(format.is_some_and(|format| schema::FORMATS.contains(&format.as_str()))),
+        Ok(format) => Ok(schema::own_format(format.as_deref()).is_some()),
         Err(error) if matches!(error.reason, Reason::InUse | Reason::NoReader(_)) => Err(error),
         Err(_) => Ok(stem.ends_with(".partial")),
     }

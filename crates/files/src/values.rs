@@ -74,13 +74,15 @@ macro_rules! each {
 pub(super) use each;
 
 impl ColumnValues<'_> {
-    pub(super) fn new(kind: StorageKind, capacity: usize) -> Self {
-        match kind {
-            StorageKind::Int8 => ColumnValues::Int8(Vec::with_capacity(capacity).into()),
-            StorageKind::Int32 => ColumnValues::Int32(Vec::with_capacity(capacity).into()),
-            StorageKind::Int64 => ColumnValues::Int64(Vec::with_capacity(capacity).into()),
-            StorageKind::Float64 => ColumnValues::Float64(Vec::with_capacity(capacity).into()),
-        }
+    pub(super) fn of(kind: StorageKind, values: impl IntoIterator<Item = f64>) -> Self {
+        let mut list = match kind {
+            StorageKind::Int8 => ColumnValues::Int8(Cow::default()),
+            StorageKind::Int32 => ColumnValues::Int32(Cow::default()),
+            StorageKind::Int64 => ColumnValues::Int64(Cow::default()),
+            StorageKind::Float64 => ColumnValues::Float64(Cow::default()),
+        };
+        values.into_iter().for_each(|value| list.push(value));
+        list
     }
 
     /// Number of values.
@@ -128,6 +130,11 @@ pub struct FileColumn {
 }
 
 impl FileColumn {
+    pub(super) fn empty(variable: Variable) -> Self {
+        let values = ColumnValues::of(variable.kind, []);
+        FileColumn { variable, values }
+    }
+
     /// A column of doubles. A missing value is NaN.
     pub fn numbers(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
         FileColumn {
@@ -171,8 +178,7 @@ impl<R> DeclaredColumn<R> {
         R: 'a,
     {
         let variable = (self.variable)();
-        let mut values = ColumnValues::new(variable.kind, 0);
-        rows.into_iter().for_each(|row| values.push((self.get)(row)));
+        let values = ColumnValues::of(variable.kind, rows.into_iter().map(self.get));
         FileColumn { variable, values }
     }
 

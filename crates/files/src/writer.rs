@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
 use super::certificate::Addition;
-use super::kept::{KeptEnd, KeptView};
+use super::kept::KeptView;
 use super::lock::WriteLock;
 use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
@@ -172,32 +172,26 @@ impl ResultWriter {
         })
     }
 
-    /// Writes a run from memory, row by row in the order of recording: the bytes are the same as if the writer had
-    /// recorded it. Errors of [`Self::create`] and [`Self::finish`].
-    pub fn write_kept(
-        path: &Path,
-        overwrite: Overwrite,
-        header: &Header,
-        rows: &KeptView<'_>,
-        end: &KeptEnd<'_>,
-    ) -> Result<PathBuf, ResultError> {
-        let mut writer = ResultWriter::create(path, overwrite, &[], header)?;
-        let tables = schema::all_tables(&header.extension);
-        let row_of = |table: usize, row| rows.row(table, row, tables[table].variables.len());
+    /// Records the rows of a run from memory in their order: the bytes are the same as if the writer had recorded it.
+    pub fn replay(&mut self, rows: &KeptView<'_>) -> Result<(), ResultError> {
         let mut next = [0; PIECES + 1];
-        for &table in rows.order {
-            let table = usize::from(table);
+        for table in rows.order.iter().map(|&table| usize::from(table)) {
             let row = next[table];
             next[table] += 1;
-            writer.take(table, &[&row_of(table, row)])?;
+            self.copy_row(rows, table, row)?;
             if table == PIECES {
-                for row in row * COEFFICIENTS..(row + 1) * COEFFICIENTS {
-                    writer.take(PIECE_COEFFICIENTS, &[&row_of(PIECE_COEFFICIENTS, row)])?;
-                }
+                let mut coefficients = row * COEFFICIENTS..(row + 1) * COEFFICIENTS;
+                coefficients.try_for_each(|row| self.copy_row(rows, PIECE_COEFFICIENTS, row))?;
             }
         }
-        writer.add(end.witness)?;
-        writer.finish(end.status.clone(), end.stick_slip, end.wall_time)
+        Ok(())
+    }
+
+    fn copy_row(&mut self, rows: &KeptView<'_>, table: usize, row: usize) -> Result<(), ResultError> {
+        let open = self.open.as_ref();
+        let columns = open.map_or(0, |open| open.tables[table].width());
+        let columns = rows.tables[table].iter().take(columns);
+        self.take(table, &[&columns.map(|column| column.at(row)).collect::<Vec<_>>()])
     }
 
     /// Age of the writer, s.

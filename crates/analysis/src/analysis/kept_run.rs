@@ -2,11 +2,10 @@
 
 use super::headline::{HeadlineRow, headline};
 use super::recorded::{Recorded, case_of_repetition, recorded};
-use super::witness::Witness;
 use crate::provenance;
 use std::path::{Path, PathBuf};
 use stickslip_case::Case;
-use stickslip_files::{Header, KeptEnd, KeptRows, KeptView, Overwrite, ResultError, ResultWriter};
+use stickslip_files::{Header, KeptRows, KeptView, Overwrite, ResultError, ResultWriter};
 use stickslip_system::watch::Watch;
 
 /// Builder of a run in memory; [`KeptRun::start`] computes it.
@@ -61,14 +60,12 @@ impl KeptReportEnd {
     /// A file that must not be replaced exists, or writing fails.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
         let run = &self.run;
-        let witness = run.witness.as_ref().map(Witness::additions);
-        let end = KeptEnd {
-            status: &run.status,
-            stick_slip: &run.table,
-            witness: witness.as_ref().map_or(&[], |additions| &additions[..]),
-            wall_time: run.wall_time,
-        };
-        ResultWriter::write_kept(path, overwrite, &self.header, rows, &end)
+        let mut writer = ResultWriter::create(path, overwrite, &[], &self.header)?;
+        writer.replay(rows)?;
+        if let Some(witness) = &run.witness {
+            writer.add(&witness.additions())?;
+        }
+        writer.finish(run.status.clone(), &run.table, run.wall_time)
     }
 }
 

@@ -13,8 +13,9 @@ use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
 
-use super::objects::{DatasetInfo, GroupMember, Holds, Object, ObjectFault};
+use super::tables::{DatasetInfo, GroupMember, Holds, Object};
 use super::{Opening, probe};
+use crate::Reason;
 use crate::attributes::AttributeValue;
 use crate::error::describe;
 use crate::raw::{self, Class, Opened};
@@ -50,17 +51,11 @@ pub(super) struct Handles {
     looked_at: Vec<String>,
 }
 
-impl From<hdf5::Error> for ObjectFault {
-    fn from(error: hdf5::Error) -> Self {
-        ObjectFault::Hdf5(describe(&error))
-    }
+fn refused<T>(what: String) -> Answered<T> {
+    Err(Reason::BeyondLimits(what))
 }
 
-fn refused<T>(what: String) -> Result<T, ObjectFault> {
-    Err(ObjectFault::Refused(what))
-}
-
-pub(super) type Answered<T> = Result<T, ObjectFault>;
+pub(super) type Answered<T> = Result<T, Reason>;
 
 impl Handles {
     pub(super) fn open(path: &Path, opening: &Opening) -> Answered<Handles> {
@@ -117,7 +112,7 @@ impl Handles {
     fn object(&self, path: &str) -> Answered<Opened> {
         let path = if path.is_empty() { "/" } else { path };
         raw::open_object(&self.file, path, self.follow_external).map_err(|error| match self.external_in(path) {
-            Some(link) => ObjectFault::Elsewhere(format!("/{}", link.trim_start_matches('/'))),
+            Some(link) => Reason::Elsewhere(format!("/{}", link.trim_start_matches('/'))),
             None => error.into(),
         })
     }
@@ -146,14 +141,14 @@ impl Handles {
         Ok(match self.object(path)? {
             Opened::Group(group) => (*group).clone(),
             Opened::Dataset(dataset) => (**dataset).clone(),
-            Opened::Other => return Err(ObjectFault::Hdf5(format!("/{path} is neither a group nor a variable"))),
+            Opened::Other => return Err(Reason::Damaged(format!("/{path} is neither a group nor a variable"))),
         })
     }
 
     fn group(&self, path: &str) -> Answered<Group> {
         match self.object(path)? {
             Opened::Group(group) => Ok(group),
-            _ => Err(ObjectFault::Hdf5(format!("/{path} is not a group"))),
+            _ => Err(Reason::Damaged(format!("/{path} is not a group"))),
         }
     }
 
@@ -162,7 +157,7 @@ impl Handles {
             return Ok(dataset.clone());
         }
         let Opened::Dataset(dataset) = self.object(path)? else {
-            return Err(ObjectFault::Hdf5(format!("/{path} is not a variable")));
+            return Err(Reason::Damaged(format!("/{path} is not a variable")));
         };
         if self.datasets.len() >= KEPT && !self.growing {
             self.datasets.clear();
@@ -196,9 +191,7 @@ impl Handles {
         for (_, name, link) in names {
             let inside = joined(path, &name);
             let is = match link {
-                LinkType::External if !self.follow_external => {
-                    Object::Not(ObjectFault::Elsewhere(format!("/{inside}")))
-                }
+                LinkType::External if !self.follow_external => Object::Not(Reason::Elsewhere(format!("/{inside}"))),
                 _ => match self.object(&inside) {
                     Ok(Opened::Group(group)) => identity(&group).map_or_else(Object::Not, Object::Group),
                     Ok(Opened::Dataset(dataset)) => {
@@ -207,7 +200,7 @@ impl Handles {
                     Ok(Opened::Other) => Object::Other,
                     // The name contains replacement characters, so that the object cannot be opened by it.
                     Err(_) if name.contains(char::REPLACEMENT_CHARACTER) => {
-                        Object::Not(ObjectFault::Unnamed(format!("/{inside}")))
+                        Object::Not(Reason::Unnamed(format!("/{inside}")))
                     }
                     // A dangling link is no damage. An object that cannot be opened is.
                     Err(_) if link != LinkType::Hard => Object::Other,
@@ -260,7 +253,7 @@ impl Handles {
     pub(super) fn look(&mut self, path: &str) -> Answered<Option<DatasetInfo>> {
         match self.dataset(path) {
             Ok(dataset) => self.info(&dataset, path).map(Some),
-            Err(ObjectFault::Hdf5(_)) => Ok(None),
+            Err(Reason::Damaged(_) | Reason::InUse) => Ok(None),
             Err(fault) => Err(fault),
         }
     }
@@ -291,7 +284,7 @@ impl Handles {
         let chunk = creation.chunk();
         let chunks = chunk.as_ref().and_then(|_| dataset.num_chunks());
         if !self.follow_external && raw::external_count(&creation)? > 0 {
-            return Err(ObjectFault::Elsewhere(format!("/{path}")));
+            return Err(Reason::Elsewhere(format!("/{path}")));
         }
         let stored = match (&chunk, chunks, layout) {
             (Some(chunk), Some(chunks), _) => {
@@ -336,7 +329,7 @@ impl Handles {
         let shape = dataset.shape();
         let inside = |(part, &length): (&Range<usize>, &usize)| part.start <= part.end && part.end <= length;
         if part.len() != shape.len() || !part.iter().zip(&shape).all(inside) {
-            return Err(ObjectFault::Hdf5(format!("/{path} has no such part")));
+            return Err(Reason::Damaged(format!("/{path} has no such part")));
         }
         let count = part
             .iter()
@@ -373,7 +366,7 @@ impl Handles {
         let texts: Vec<String> = match raw::class_of(&dataset)?.0 {
             Class::Text { length: Some(_), .. } => raw::read_texts(&dataset)?,
             Class::Text { unicode, .. } => varying_texts(&dataset, unicode)?,
-            _ => return Err(ObjectFault::Hdf5(format!("/{path} holds no texts"))),
+            _ => return Err(Reason::Damaged(format!("/{path} holds no texts"))),
         };
         if texts.iter().map(String::len).sum::<usize>() > TEXT_BYTES {
             return refused(format!("the texts of /{path} are longer than {} MiB", TEXT_BYTES >> 20));
@@ -401,7 +394,7 @@ impl Handles {
                 if self.follow_external {
                     continue;
                 }
-                return Err(ObjectFault::Elsewhere(format!("/{path}, in {file} with {inside},")));
+                return Err(Reason::Elsewhere(format!("/{path}, in {file} with {inside},")));
             }
             let (name, object) = (file.replace("%%", "%"), inside.replace("%%", "%"));
             if !opened.contains_key(&name) {
@@ -413,10 +406,10 @@ impl Handles {
             match source {
                 // A source must store its data itself.
                 Some(Ok(Opened::Dataset(source))) if !self.follow_external && leads_on(&source)? => {
-                    return Err(ObjectFault::Elsewhere(format!("/{path}, by way of {name},")));
+                    return Err(Reason::Elsewhere(format!("/{path}, by way of {name},")));
                 }
                 Some(Ok(Opened::Dataset(_))) => {}
-                _ => return Err(ObjectFault::Absent(format!("/{path}: {name} has no {object}"))),
+                _ => return Err(Reason::Absent(format!("/{path}: {name} has no {object}"))),
             }
             known.push((file, inside));
         }
@@ -428,12 +421,12 @@ impl Handles {
         let mut known = HashSet::new();
         for (file, inside) in raw::virtual_sources(dataset, SOURCES)?.unwrap_or_default() {
             if is_pattern(&file) || is_pattern(&inside) {
-                return Err(ObjectFault::Elsewhere(format!("/{path}, in {file} with {inside},")));
+                return Err(Reason::Elsewhere(format!("/{path}, in {file} with {inside},")));
             }
             let name = file.replace("%%", "%");
             if name != "."
                 && known.insert(name.clone())
-                && let Err(fault @ ObjectFault::Elsewhere(_)) = self.place_of(&name, path)
+                && let Err(fault @ Reason::Elsewhere(_)) = self.place_of(&name, path)
             {
                 return Err(fault);
             }
@@ -442,7 +435,7 @@ impl Handles {
     }
 
     fn place_of(&self, name: &str, path: &str) -> Answered<PathBuf> {
-        let elsewhere = || ObjectFault::Elsewhere(format!("/{path}, in {name},"));
+        let elsewhere = || Reason::Elsewhere(format!("/{path}, in {name},"));
         let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if !self.follow_external && !Path::new(name).components().all(below) {
             return Err(elsewhere());
@@ -453,7 +446,7 @@ impl Handles {
         let real = crate::disk::folder_of(&real);
         let folders = [named, Path::new(".").to_owned(), real];
         let Some(found) = folders.iter().position(|folder| folder.join(name).exists()) else {
-            return Err(ObjectFault::Absent(format!("/{path}: {name} is not there")));
+            return Err(Reason::Absent(format!("/{path}: {name} is not there")));
         };
         let place = folders[found].join(name);
         if !self.follow_external {
@@ -476,15 +469,15 @@ impl Handles {
         let place = self.place_of(name, path)?;
         // Only plain files are opened, because a pipe would block.
         if !place.is_file() {
-            return Err(ObjectFault::Absent(format!("/{path}: {name} is no plain file")));
+            return Err(Reason::Absent(format!("/{path}: {name} is no plain file")));
         }
         probe::admit(&place, self.follow_external, false)
-            .map_err(|reason| ObjectFault::Absent(format!("/{path}: {name} cannot be read ({reason})")))?;
+            .map_err(|reason| Reason::Absent(format!("/{path}: {name} cannot be read ({reason})")))?;
         // HDF5 opens the source again later, and must do it in the same way as for the file that refers to it.
         hdf5::File::with_options()
             .with_fapl(|access| access.file_locking(!self.growing))
             .open(&place)
-            .map_err(|error| ObjectFault::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
+            .map_err(|error| Reason::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
     }
 }
 
@@ -520,7 +513,7 @@ fn leads_on(dataset: &Dataset) -> hdf5::Result<bool> {
 fn readable<T>(result: hdf5::Result<T>) -> Answered<Option<T>> {
     match result {
         Ok(value) => Ok(Some(value)),
-        Err(error) => match ObjectFault::from(error) {
+        Err(error) => match Reason::from(error) {
             fault if probe::lacks_memory(&fault) => Err(fault),
             _ => Ok(None),
         },

@@ -5,7 +5,6 @@
 //! such a program, every file is opened directly.
 
 mod handles;
-mod objects;
 mod probe;
 mod tables;
 
@@ -21,10 +20,9 @@ use super::schema::{StorageKind, Variable, attribute};
 use super::values::StoredNumber;
 use super::{Reason, ResultError, disk, lock, raw, schema};
 use handles::{Answered, Handles, VALUES, joined};
-pub(super) use objects::{DatasetInfo, GroupMember, Holds, Object, ObjectFault};
 pub use probe::{probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 pub use tables::TableReader;
-pub(super) use tables::uneven;
+pub(super) use tables::{DatasetInfo, GroupMember, Holds, Object, uneven};
 
 static FOLLOW_EXTERNAL: AtomicBool = AtomicBool::new(false);
 
@@ -252,19 +250,15 @@ impl FileSource {
                     return Err(Reason::Changed.of(&self.path));
                 }
                 let opened = Handles::open(&self.path, &self.opening);
-                closed.insert(opened.map_err(|fault| self.fault(&fault))?)
+                closed.insert(opened.map_err(|reason| reason.of(&self.path))?)
             }
         };
-        question(handles).map_err(|fault| self.fault(&fault))
+        question(handles).map_err(|reason| reason.of(&self.path))
     }
 
     /// Members of a group, in the order of creation if it is known.
     pub(super) fn members(&self, group: &str) -> Result<Vec<GroupMember>, ResultError> {
-        self.identity_and_members(group).map(|found| found.1)
-    }
-
-    fn identity_and_members(&self, group: &str) -> Result<(String, Vec<GroupMember>), ResultError> {
-        self.ask(|handles| handles.members(group))
+        Ok(self.ask(|handles| handles.members(group))?.1)
     }
 
     pub(super) fn attributes(&self, object: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
@@ -386,50 +380,41 @@ impl FileSource {
     /// if there are too many or too deep groups, or if the file cannot be read.
     pub(super) fn walk(
         &self,
-        visit: &mut dyn FnMut(&str, &GroupMember) -> Result<(), ResultError>,
+        visit: &mut dyn FnMut(&str, GroupMember) -> Result<(), ResultError>,
     ) -> Result<(), ResultError> {
-        let mut walk = SourceWalk {
-            seen: HashSet::new(),
-            count: 0,
-            visit,
-        };
-        self.walk_in("", DEPTH, &mut walk)
+        self.walk_in("", DEPTH, &mut (HashSet::new(), 0), visit)
     }
 
-    fn walk_in(&self, group: &str, depth: usize, walk: &mut SourceWalk) -> Result<(), ResultError> {
-        let (identity, members) = self.identity_and_members(group)?;
-        walk.seen.insert(identity);
+    /// `walked` has the identities of the groups and the number of the objects so far.
+    fn walk_in(
+        &self,
+        group: &str,
+        depth: usize,
+        walked: &mut (HashSet<String>, usize),
+        visit: &mut dyn FnMut(&str, GroupMember) -> Result<(), ResultError>,
+    ) -> Result<(), ResultError> {
+        let (identity, members) = self.ask(|handles| handles.members(group))?;
+        walked.0.insert(identity);
         for member in members {
-            walk.count += 1;
-            if walk.count > OBJECTS {
+            walked.1 += 1;
+            if walked.1 > OBJECTS {
                 return Err(self.refused(format!("has more than {OBJECTS} objects")));
             }
             let inside = joined(group, &member.name);
-            if let Object::Group(identity) = &member.is {
-                if walk.seen.contains(identity) {
-                    continue;
-                }
-                if depth == 0 {
+            let is_group = match &member.is {
+                Object::Group(identity) if walked.0.contains(identity) => continue,
+                Object::Group(_) if depth == 0 => {
                     return Err(self.refused(format!("has more than {DEPTH} groups within each other")));
                 }
-                (walk.visit)(&inside, &member)?;
-                self.walk_in(&inside, depth - 1, walk)?;
-            } else {
-                (walk.visit)(&inside, &member)?;
+                Object::Group(_) => true,
+                _ => false,
+            };
+            visit(&inside, member)?;
+            if is_group {
+                self.walk_in(&inside, depth - 1, walked, visit)?;
             }
         }
         Ok(())
-    }
-
-    pub(super) fn fault(&self, fault: &ObjectFault) -> ResultError {
-        match fault.clone() {
-            ObjectFault::Hdf5(detail) => return ResultError::read_detail(&self.path, detail),
-            ObjectFault::Refused(what) => Reason::BeyondLimits(what),
-            ObjectFault::Unnamed(place) => Reason::Unnamed(place),
-            ObjectFault::Absent(what) => Reason::Absent(what),
-            ObjectFault::Elsewhere(what) => Reason::Elsewhere(what),
-        }
-        .of(&self.path)
     }
 
     pub(super) fn missing(&self, what: impl Into<String>) -> ResultError {
@@ -439,12 +424,6 @@ impl FileSource {
     pub(super) fn refused(&self, what: String) -> ResultError {
         Reason::BeyondLimits(what).of(&self.path)
     }
-}
-
-struct SourceWalk<'a> {
-    seen: HashSet<String>,
-    count: usize,
-    visit: &'a mut dyn FnMut(&str, &GroupMember) -> Result<(), ResultError>,
 }
 
 // Limits: depth of nested groups, objects in a file, and values held at once (0.5 GB).

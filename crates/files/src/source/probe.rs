@@ -13,7 +13,7 @@ use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::handles::VALUES;
-use super::{DatasetInfo, FileSource, Holds, Identity, Object, ObjectFault, follow_external, locked};
+use super::{DatasetInfo, FileSource, Holds, Identity, Object, follow_external, locked};
 use crate::seal::{self, Seal};
 use crate::{Reason, ResultError};
 
@@ -104,8 +104,8 @@ pub(super) fn owns_process() -> bool {
 }
 
 /// Whether HDF5 ran out of memory that this process may have.
-pub(super) fn lacks_memory(fault: &ObjectFault) -> bool {
-    matches!(fault, ObjectFault::Hdf5(detail) if detail.contains("alloc"))
+pub(super) fn lacks_memory(reason: &Reason) -> bool {
+    matches!(reason, Reason::Damaged(detail) if detail.contains("alloc"))
 }
 
 /// Reads everything that the program could read. Values that HDF5 refuses are skipped: the program gets the same
@@ -114,23 +114,24 @@ fn read_whole(source: &FileSource) -> Result<(), ResultError> {
     source.attributes("")?;
     source.walk(&mut |path, member| {
         renew_time();
-        match &member.is {
-            Object::Group(_) => source.attributes(path).map(drop),
+        let reason = match member.is {
+            Object::Group(_) => return source.attributes(path).map(drop),
             Object::Dataset(info) => {
                 source.attributes(path)?;
-                let read = read_values(source, path, info);
+                let read = read_values(source, path, &info);
                 source.close_datasets();
-                match read.map_err(|error| error.reason) {
-                    Err(Reason::Damaged(detail)) if lacks_memory(&ObjectFault::Hdf5(detail.clone())) => {
-                        Err(source.fault(&ObjectFault::Hdf5(format!("/{path}: {detail}"))))
-                    }
-                    _ => Ok(()),
+                match read {
+                    Err(error) if lacks_memory(&error.reason) => error.reason,
+                    _ => return Ok(()),
                 }
             }
-            Object::Not(ObjectFault::Hdf5(detail)) => {
-                Err(source.fault(&ObjectFault::Hdf5(format!("/{path}: {detail}"))))
-            }
-            Object::Not(_) | Object::Other => Ok(()),
+            Object::Not(reason) => reason,
+            Object::Other => return Ok(()),
+        };
+        match reason {
+            Reason::Damaged(detail) => Err(Reason::Damaged(format!("/{path}: {detail}")).of(source.path())),
+            Reason::InUse => Err(reason.of(source.path())),
+            _ => Ok(()),
         }
     })
 }

@@ -1,9 +1,62 @@
-//! Tables: groups whose variables share dimensions, as in netCDF.
+//! Objects of an HDF5 file, and tables: groups whose variables share dimensions, as in netCDF.
 
 use std::ops::Range;
 
-use super::{DatasetInfo, FileSource, Object, joined};
+use super::{FileSource, joined};
 use crate::{Reason, ResultError, schema};
+
+pub(crate) struct GroupMember {
+    pub(crate) name: String,
+    pub(crate) is: Object,
+}
+
+pub(crate) enum Object {
+    Group(String),
+    Dataset(DatasetInfo),
+    Not(Reason),
+    /// Named types and dangling links.
+    Other,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DatasetInfo {
+    /// Empty for a scalar.
+    pub(crate) shape: Vec<usize>,
+    pub(crate) holds: Holds,
+    pub(crate) chunk: Option<Vec<usize>>,
+    pub(crate) chunks: Option<usize>,
+}
+
+impl DatasetInfo {
+    pub(crate) fn size(&self) -> usize {
+        self.shape.iter().product()
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Holds {
+    Integers(usize),
+    Unsigned(usize),
+    Floats(usize),
+    Texts,
+    Other(String),
+}
+
+impl Holds {
+    pub(crate) fn is_number(&self) -> bool {
+        matches!(self, Holds::Integers(_) | Holds::Unsigned(_) | Holds::Floats(_))
+    }
+
+    pub(crate) fn name(&self) -> String {
+        match self {
+            Holds::Integers(bytes) => format!("int{}", 8 * bytes),
+            Holds::Unsigned(bytes) => format!("uint{}", 8 * bytes),
+            Holds::Floats(bytes) => format!("float{}", 8 * bytes),
+            Holds::Texts => "string".to_owned(),
+            Holds::Other(name) => name.clone(),
+        }
+    }
+}
 
 /// The columns of a group, all as long as its first variable. Readers fail for a missing column, or one of another
 /// length.
@@ -74,15 +127,14 @@ impl FileSource {
     pub(crate) fn uneven(&self, most: usize) -> Result<Vec<ResultError>, ResultError> {
         let mut groups: Vec<(String, Vec<(String, DatasetInfo)>)> = vec![(String::new(), Vec::new())];
         self.walk(&mut |path, member| {
-            match &member.is {
+            match member.is {
                 Object::Group(_) => groups.push((path.to_owned(), Vec::new())),
                 // Earlier versions stored checksums next to the variables.
                 Object::Dataset(info) if !info.shape.is_empty() && member.name != "checksums" => {
                     let of = path.rsplit_once('/').map_or("", |(group, _)| group);
-                    let group = groups.iter_mut().rev().find(|group| group.0 == of);
-                    group
-                        .into_iter()
-                        .for_each(|group| group.1.push((path.to_owned(), info.clone())));
+                    if let Some(group) = groups.iter_mut().rev().find(|group| group.0 == of) {
+                        group.1.push((path.to_owned(), info));
+                    }
                 }
                 _ => {}
             }

@@ -27,7 +27,7 @@ pub(super) struct SweepColumns {
 type Buffered = (Dataset, ColumnValues<'static>);
 
 fn buffered(dataset: Dataset, kind: StorageKind) -> Buffered {
-    (dataset, ColumnValues::new(kind, 0))
+    (dataset, ColumnValues::of(kind, []))
 }
 
 impl SweepColumns {
@@ -164,9 +164,7 @@ impl SweepColumns {
 
 pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Dataset> {
     let dataset = create_axis(group, axis, axis.values.len())?;
-    let mut values = ColumnValues::new(axis.variable.kind, axis.values.len());
-    axis.values.iter().for_each(|&value| values.push(value));
-    values.write(&dataset)?;
+    ColumnValues::of(axis.variable.kind, axis.values.iter().copied()).write(&dataset)?;
     raw::set_scale(&dataset, &axis.variable.name)?;
     Ok(dataset)
 }

@@ -3,24 +3,12 @@
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 
-use super::schema::SweepPlan;
 use super::shard::ShardFile;
 use super::writer::SweepWriter;
 use crate::check::check_sound;
 use crate::disk::same_file;
 use crate::study::StudyHeader;
 use crate::{Overwrite, Reason, Reservation, ResultError, Status, partial_path};
-
-/// Inputs and output of a merge.
-#[derive(Debug, Clone, Copy)]
-pub struct MergeOptions<'a> {
-    /// Files of all shards of one study, in any order.
-    pub shards: &'a [PathBuf],
-    /// Output file.
-    pub output: &'a Path,
-    /// Whether an existing file may be replaced. By default even a result of this program may not.
-    pub replace: bool,
-}
 
 /// Result of a merge.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -42,47 +30,44 @@ fn displayed<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Erro
     serializer.collect_str(&path.display())
 }
 
-/// Reason why shards cannot be merged.
-#[derive(Debug, thiserror::Error)]
-pub enum MergeError {
-    /// A file cannot be read or written.
-    #[error(transparent)]
-    File(#[from] ResultError),
-    /// The shards do not belong together, or some are missing.
-    #[error("{0}")]
-    Shards(String),
-}
-
-/// Merges the shards of a study. The result equals the file of a single sweep byte for byte.
+/// Merges the files of all shards of one study, in any order. The result equals the file of a single sweep byte for
+/// byte. Unless `replace`, even a result of this program is not replaced.
 ///
 /// # Errors
 /// Shards that are of different studies, builds or divisions, missing, duplicate, or incomplete; an existing output;
 /// failures to read and write.
-pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
-    let output = options.output;
-    if options.shards.iter().any(|shard| same_file(shard, output)) {
-        return Err(Reason::IsInput.of(output).into());
+pub fn merge(inputs: &[PathBuf], output: &Path, replace: bool) -> Result<MergeReport, ResultError> {
+    if inputs.iter().any(|shard| same_file(shard, output)) {
+        return Err(Reason::IsInput.of(output));
     }
-    if !options.replace && std::fs::symlink_metadata(output).is_ok() && !output.is_dir() {
-        let output = output.display();
-        return Err(MergeError::Shards(format!(
-            "{output}: exists; choose another name with -o, or replace it with --force"
-        )));
+    if !replace && std::fs::symlink_metadata(output).is_ok() && !output.is_dir() {
+        return Err(Reason::Exists.of(output));
     }
-    let shards = open_all(options)?;
+    let shards = open_all(inputs)?;
     let plan = shards[0].plan()?;
     let header = shards[0].header()?;
     // Checked last: faults of the study itself have clearer messages.
     shards.iter().try_for_each(|shard| check_sound(shard.path()))?;
-    let overwrite = if options.replace {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
+    let overwrite = match replace {
+        true => Overwrite::Force,
+        false => Overwrite::OwnResults,
     };
-    let place = Reservation::take(output, overwrite, options.shards)?;
-    let (file, failed) = copy(place, &shards, &plan, &header)?;
+    let place = Reservation::take(output, overwrite, inputs)?;
+    let rows = shards.iter().map(|shard| {
+        let rows = shard.rows(&plan);
+        shard.close();
+        rows
+    });
+    let mut rows = rows.collect::<Result<Vec<_>, _>>()?;
+    let mut writer = SweepWriter::create(place, &header, &plan)?;
+    let mut failed = 0;
+    for number in 0..plan.points {
+        let row = rows[shards[0].partition().owner(number)].next(number as u64)?;
+        failed += usize::from(row.failure.is_some());
+        writer.push(row)?;
+    }
     Ok(MergeReport {
-        file,
+        file: writer.finish(&Status::Complete)?,
         digest: header.digest,
         shards: shards.len(),
         points: plan.points,
@@ -90,16 +75,16 @@ pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     })
 }
 
-fn open_all(options: &MergeOptions) -> Result<Vec<ShardFile>, MergeError> {
-    let wrong = |what: String| Err(MergeError::Shards(what));
-    let mut shards: Vec<ShardFile> = Vec::with_capacity(options.shards.len());
-    for path in options.shards {
+fn open_all(inputs: &[PathBuf]) -> Result<Vec<ShardFile>, ResultError> {
+    let wrong = |what: String| Err(Reason::Shards(what).of(Path::new("")));
+    let mut shards: Vec<ShardFile> = Vec::with_capacity(inputs.len());
+    for path in inputs {
         let partial = partial_path(path);
         if !path.exists() && partial.exists() {
-            let (path, partial) = (path.display(), partial.display());
-            return wrong(format!(
-                "{path}: not there yet, but {partial} is: this shard was interrupted; sweep it again with --resume"
-            ));
+            let partial = partial.display();
+            let what =
+                format!("not there yet, but {partial} is: this shard was interrupted; sweep it again with --resume");
+            return Err(Reason::Shards(what).of(path));
         }
         let shard = ShardFile::open(path)?;
         shard.close();
@@ -148,10 +133,8 @@ fn open_all(options: &MergeOptions) -> Result<Vec<ShardFile>, MergeError> {
             ));
         }
     }
-    let missing: Vec<usize> = (0..count)
-        .filter(|&shard| shards.binary_search_by_key(&shard, ShardFile::shard).is_err())
-        .map(|shard| shard + 1)
-        .collect();
+    let is_missing = |shard: &usize| shards.binary_search_by_key(shard, ShardFile::shard).is_err();
+    let missing: Vec<usize> = (0..count).filter(is_missing).map(|shard| shard + 1).collect();
     if !missing.is_empty() {
         return wrong(without(&missing, count));
     }
@@ -159,10 +142,11 @@ fn open_all(options: &MergeOptions) -> Result<Vec<ShardFile>, MergeError> {
         let (done, points) = (shard.done()?, shard.partition().size(shard.shard()));
         shard.close();
         if done < points {
-            let (path, shard) = (shard.path().display(), shard.shard() + 1);
-            return wrong(format!(
-                "{path}: shard {shard} of {count} is incomplete: {done} of its {points} points are done; sweep it again with --resume"
-            ));
+            let number = shard.shard() + 1;
+            let what = format!(
+                "shard {number} of {count} is incomplete: {done} of its {points} points are done; sweep it again with --resume"
+            );
+            return Err(Reason::Shards(what).of(shard.path()));
         }
     }
     Ok(shards)
@@ -215,26 +199,4 @@ fn difference(first: &StudyHeader, second: &StudyHeader) -> Option<(String, [Str
         let values = [named(first, name), named(second, name)];
         (values[0] != values[1]).then(|| (name.clone(), values))
     })
-}
-
-fn copy(
-    place: Reservation,
-    shards: &[ShardFile],
-    plan: &SweepPlan,
-    header: &StudyHeader,
-) -> Result<(PathBuf, usize), MergeError> {
-    let rows = shards.iter().map(|shard| {
-        let rows = shard.rows(plan);
-        shard.close();
-        rows
-    });
-    let mut rows = rows.collect::<Result<Vec<_>, _>>()?;
-    let mut writer = SweepWriter::create(place, header, plan)?;
-    let mut failed = 0;
-    for number in 0..plan.points {
-        let row = rows[shards[0].partition().owner(number)].next(number as u64)?;
-        failed += usize::from(row.failure.is_some());
-        writer.push(row)?;
-    }
-    Ok((writer.finish(&Status::Complete)?, failed))
 }

@@ -16,7 +16,7 @@ pub(crate) mod schema;
 mod shard;
 mod writer;
 
-pub use merge::{MergeError, MergeOptions, MergeReport, merge};
+pub use merge::{MergeReport, merge};
 pub use partition::Partition;
 pub use schema::SweepLayout;
 pub use schema::{EventForm, ShardPlan, SweepAxis, SweepPlan, SweepRow};
