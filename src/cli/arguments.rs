@@ -1,6 +1,6 @@
 //! The arguments.
 
-use super::candidates::{
+use super::completions::{
     cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
 };
 use super::input::overrides;

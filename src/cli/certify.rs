@@ -3,7 +3,7 @@
 use super::arguments::{CertifyOptions, Common};
 use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, overwrite};
 use super::plot::{self, FigureOutput, figure_output};
-use super::progress::{Bar, BarKind};
+use super::progress::{BarKind, watched};
 use super::{CommandEnd, complain, interrupted, strictly, tell};
 use crate::Error;
 use crate::plot::onset;
@@ -270,19 +270,18 @@ fn examine(
     deadline: Deadline,
     stop: &Arc<AtomicBool>,
 ) -> Result<Certified, Error> {
-    let bar = Bar::new(common, BarKind::Share, stop);
     let wanted = options.oracle || oracle_decides(case);
     let exact = wanted.then(|| written.exact()).transpose()?;
-    let mut certify = Certify::new(case).sensitivities(written).until(deadline).watch(&bar);
     let digits = options.digits.unwrap_or(0);
-    if let Some(exact) = &exact {
-        certify = match oracle_decides(case) {
-            true => certify.oracle_within(exact, digits.max(UNASKED.0), UNASKED.1),
-            false => certify.oracle(exact, digits),
-        };
-    }
-    let certified = certify.start(record);
-    bar.finish();
+    let certified = watched(common, BarKind::Share, stop, |bar| {
+        let certify = Certify::new(case).sensitivities(written).until(deadline).watch(bar);
+        match &exact {
+            Some(exact) if oracle_decides(case) => certify.oracle_within(exact, digits.max(UNASKED.0), UNASKED.1),
+            Some(exact) => certify.oracle(exact, digits),
+            None => certify,
+        }
+        .start(record)
+    });
     certified.map_err(|error| match error {
         CertifyError::Run(text) => Error::computation(text),
         CertifyError::Oracle(error @ (OracleError::BreakawayTest | OracleError::Digits { .. })) => Error::input(error),

@@ -76,6 +76,5 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         title: &family.case().title,
         certificate: &certificate,
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
 }

@@ -167,8 +167,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         motion: family.case().motion(),
         orbit: orbit.in_file(&case),
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
 }
 
 /// The input is wrong if the case has no cycle; otherwise the search failed.

@@ -1,8 +1,7 @@
 //! `stickslip export`: writes tables of a result in other formats.
 
 use super::arguments::{Common, ExportOptions};
-use super::input::interrupt_flag;
-use super::reference::open_reference;
+use super::input::{interrupt_flag, open_reference};
 use super::{CommandEnd, complain, interrupted, tell};
 use crate::error::{Error, ErrorKind};
 use crate::export::{self, Export, Format, Request, Times, benchmark};
@@ -63,8 +62,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
     found.save(&options.output, format, &inputs, options.force)?;
-    tell(common, &ExportReport::new(&found, &options.output, format))?;
-    Ok(CommandEnd::Done)
+    tell(common, &ExportReport::new(&found, &options.output, format))
 }
 
 fn format(options: &ExportOptions, streams: bool) -> Result<Format, Error> {
@@ -206,6 +204,5 @@ fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Error
         folder: Some(&options.output),
         files: &written,
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
 }

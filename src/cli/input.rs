@@ -6,6 +6,7 @@ use signal_hook::consts;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use stickslip_analysis::SavedRun;
 use stickslip_case::{CaseError, CaseSource, Origin, Override};
 use stickslip_compare::{CompareError, Mapping, Reference};
 use stickslip_files::{Overwrite, is_hdf5, open_sound};
@@ -90,7 +91,7 @@ pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[Str
 /// A flag that Ctrl-C and the termination signals set; the run then ends cleanly. A second Ctrl-C or SIGTERM ends the
 /// process at once. A second SIGHUP does not, because terminals send it twice.
 pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, Error> {
-    if let Some(flag) = super::captured::stop() {
+    if let Some(flag) = super::capture::stop() {
         return Ok(flag);
     }
     let flag = Arc::new(AtomicBool::new(false));
@@ -122,4 +123,15 @@ impl Drop for Scratch {
             let _ = std::fs::remove_file(path);
         }
     }
+}
+
+/// Opens a result file, or runs the case in the folder of a benchmark problem.
+pub(super) fn open_reference(path: &Path) -> Result<Reference, CompareError> {
+    if !path.is_dir() {
+        return Reference::open(path);
+    }
+    Reference::of_problem(path, |case, file| {
+        let run = SavedRun::new(case, file).start();
+        run.map(drop).map_err(|error| error.to_string())
+    })
 }

@@ -2,45 +2,34 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `arguments`, `candidates`, `builtins` | options; words that a shell completes; built-in cases and studies |
-//! | `run`, `certify`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or assess a result |
-//! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
-//! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
-//! | `completions`, `man` | completions and manual pages |
+//! | `arguments` | options |
+//! | `run`, `certify`, `certify_cycle`, `compare`, `cycle`, `modes` | commands that compute or assess a result |
+//! | `studies` | `sweep`, `calibrate`, `continue`, `work-precision` |
+//! | `plot`, `plot_studies`, `export`, `files`, `case` | commands that read files: figures, tables, `inspect`, `check`, `merge`, built-in cases |
+//! | `completions` | completions and manual pages |
 //! | `input`, `progress` | common parts of commands; what they say is in `report` |
-//! | `capture`, `captured` | a command inside another program |
+//! | `capture` | a command inside another program |
 
 mod arguments;
-mod builtins;
-mod calibrate;
-mod candidates;
 mod capture;
-mod captured;
-mod case_command;
+mod case;
 mod certify;
 mod certify_cycle;
-mod check;
 mod compare;
 mod completions;
-mod continuation;
 mod cycle;
 mod export;
+mod files;
 mod input;
-mod inspect;
-mod man;
-mod merge;
 mod modes;
 mod plot;
 mod plot_studies;
 mod progress;
-mod reference;
 mod run;
-mod sweep;
-mod work_precision;
+mod studies;
 
 pub use arguments::{Arguments, Refusal};
-pub use capture::capture;
-pub use captured::{CommandHandle, Said};
+pub use capture::{CommandHandle, Said, capture};
 pub use completions::complete_if_asked;
 
 use crate::error::{Error, FailurePlace};
@@ -153,27 +142,27 @@ fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
         Command::Run(options) => run::run(&options, common),
         Command::Certify(options) => certify::certify(&options, common),
         Command::Compare(options) => compare::compare(&options, common),
-        Command::Sweep(options) => sweep::sweep(&options, common),
-        Command::Merge(options) => merge::merge(&options, common),
-        Command::Calibrate(options) => calibrate::calibrate(&options, common),
-        Command::Check(options) => check::check(&options, common),
-        Command::Inspect(options) => inspect::inspect(&options, common),
+        Command::Sweep(options) => studies::sweep(&options, common),
+        Command::Merge(options) => files::merge(&options, common),
+        Command::Calibrate(options) => studies::calibrate(&options, common),
+        Command::Check(options) => files::check(&options, common),
+        Command::Inspect(options) => files::inspect(&options, common),
         Command::Plot(options) => plot::plot(&options, common),
         Command::Export(options) => export::export(&options, common),
         Command::Modes(options) => modes::modes(&options, common),
         Command::Cycle(options) => cycle::cycle(&options, common),
-        Command::Continue(options) => continuation::continuation(&options, common),
-        Command::WorkPrecision(options) => work_precision::work_precision(&options, common),
-        Command::Case(options) => case_command::case(&options, common),
+        Command::Continue(options) => studies::continuation(&options, common),
+        Command::WorkPrecision(options) => studies::work_precision(&options, common),
+        Command::Case(options) => case::case(&options, common),
         Command::Completions(options) => completions::completions(&options, common),
-        Command::Man(options) => man::man(&options, common),
+        Command::Man(options) => completions::man(&options, common),
     }
 }
 
 /// Writes to standard output, without control characters. A closed pipe (`stickslip case paper | head`) is no error.
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
-    if captured::text(text) {
+    if capture::text(text) {
         return Ok(());
     }
     match std::io::stdout().write_all(quote::for_terminal(text).as_bytes()) {
@@ -185,7 +174,7 @@ fn print(text: &str) -> Result<(), Error> {
 }
 
 fn complain(text: &str) {
-    if captured::message(text) {
+    if capture::message(text) {
         return;
     }
     say(&format!("stickslip: {text}\n"));
@@ -232,22 +221,23 @@ fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, Error> {
 
 /// Prints the JSON document or the text of a report; both if they are captured. With --quiet and without --json it
 /// prints neither.
-fn tell(common: &Common, report: &impl Report) -> Result<(), Error> {
-    if common.json || captured::now() {
+fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
+    if common.json || capture::now() {
         document(report)?;
     }
-    if captured::now() || !(common.json || common.quiet) {
+    if capture::now() || !(common.json || common.quiet) {
         print(&terminal(&report.page()))?;
     }
-    Ok(())
+    Ok(CommandEnd::Done)
 }
 
 /// Prints what was asked for, even with --quiet: the JSON document or the text of a report.
-fn show(common: &Common, report: &impl Report) -> Result<(), Error> {
+fn show(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
     match common.json {
-        true => document(report),
-        false => print(&terminal(&report.page())),
+        true => document(report)?,
+        false => print(&terminal(&report.page()))?,
     }
+    Ok(CommandEnd::Done)
 }
 
 fn document<R: Report>(report: &R) -> Result<(), Error> {
@@ -265,7 +255,7 @@ static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 fn print_json(document: &impl serde::Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(document).map_err(unwritten)?;
-    if captured::document(&text) {
+    if capture::document(&text) {
         return Ok(());
     }
     DOCUMENT_IS_PRINTED.store(true, Ordering::Relaxed);

@@ -1,9 +1,8 @@
 //! `stickslip plot`: draws figures and pages of files.
 
 use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
-use super::input::columns;
+use super::input::{columns, open_reference};
 use super::plot_studies::{self, Chosen, NotDrawn, StudyKind};
-use super::reference::open_reference;
 use super::{CommandEnd, complain, show, tell};
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, Product};
@@ -88,8 +87,7 @@ fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &C
         distributions: chosen.distributions.iter().map(DistributionSummary::new).collect(),
         of: (chosen, &options.files),
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
 }
 
 fn one_kind(runs: &[DrawnRun]) -> Result<(), Error> {
@@ -265,8 +263,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
 
 fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<CommandEnd, Error> {
     let file = path.display().to_string();
-    tell(common, &WrittenPage { file, page })?;
-    Ok(CommandEnd::Done)
+    tell(common, &WrittenPage { file, page })
 }
 
 #[derive(Serialize)]
@@ -286,8 +283,7 @@ fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, Error> {
         Some(path) => listed_of(path, options)?,
         None => all_listed(),
     };
-    show(common, &listed)?;
-    Ok(CommandEnd::Done)
+    show(common, &listed)
 }
 
 /// Figures of a file, or of any file.

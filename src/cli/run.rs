@@ -2,7 +2,7 @@
 
 use super::arguments::{Common, RunOptions};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
-use super::progress::{Bar, BarKind};
+use super::progress::{BarKind, watched};
 use super::{CommandEnd, complain, interrupted, strictly, tell};
 use crate::Error;
 use crate::report::RunSummary;
@@ -23,21 +23,15 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, E
     let path = output_of(source, options.output.as_deref(), suffix)?;
     // Set before the partial file exists, so that an interruption ends the run cleanly from then on.
     let stop = interrupt_flag()?;
-    let bar = Bar::new(common, BarKind::Share, &stop);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
         solver.method.name(),
         solver.rtol
     );
-    let result = SavedRun::new(case, &path)
-        .text(&given.text)
-        .overwrite(overwrite(options.force))
-        .inputs(&given.files)
-        .witness(!options.no_witness)
-        .watch(&bar)
-        .start();
-    bar.finish();
+    let saving = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
+    let saving = saving.overwrite(overwrite(options.force)).witness(!options.no_witness);
+    let result = watched(common, BarKind::Share, &stop, |bar| saving.watch(bar).start());
     let SavedReport {
         file,
         run,
@@ -87,10 +81,8 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, E
         }
         None if run.report.interrupted => {
             let end = run.report.end;
-            interrupted(
-                common,
-                &format!(" at t = {end:.9} s; what was computed is saved in {path}"),
-            )
+            let how = format!(" at t = {end:.9} s; what was computed is saved in {path}");
+            interrupted(common, &how)
         }
         None => strictly(options.strict, &warnings, !common.quiet, &file),
     }

@@ -5,9 +5,8 @@ mod pages;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
-use super::input::columns;
-use super::progress::{Bar, BarKind};
-use super::reference::open_reference;
+use super::input::{columns, open_reference};
+use super::progress::{BarKind, watched};
 use super::{CommandEnd, tell};
 use crate::Error;
 use crate::report::{Page, PagePart, Report};
@@ -43,9 +42,9 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
-        let bar = Bar::new(common, BarKind::Share, &Arc::default());
-        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
-        bar.finish();
+        let comparison = watched(common, BarKind::Share, &Arc::default(), |bar| {
+            reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path))
+        });
         Ok(comparison?)
     });
     let comparisons = comparisons.collect::<Result<Vec<_>, Error>>()?;
