@@ -83,10 +83,8 @@ pub fn near(found: f64, expected: f64, tolerance: f64) {
 pub fn expect(events: &[Event], expected: &[(EventKind, f64)], tolerance: f64) {
     let wanted: Vec<EventKind> = expected.iter().map(|(kind, _)| *kind).collect();
     assert_eq!(kinds(events), wanted);
-    let errors = events
-        .iter()
-        .zip(expected)
-        .map(|(event, (_, time))| (event.time - time).abs());
+    let pairs = events.iter().zip(expected);
+    let errors = pairs.map(|(event, (_, time))| (event.time - time).abs());
     let worst = errors.fold(0.0, f64::max);
     println!("{} events within {worst:.1e} s", events.len());
     assert!(worst <= tolerance, "{worst:e} s");

@@ -370,10 +370,8 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
     );
     let (mut held, mut largest) = (0, 0.0_f64);
     for stretch in certificate.bands.stretches.iter().filter(|stretch| stretch.converged) {
-        let inside = recorder
-            .samples
-            .iter()
-            .filter(|row| row.time > stretch.start && row.time < stretch.end);
+        let samples = recorder.samples.iter();
+        let inside = samples.filter(|row| row.time > stretch.start && row.time < stretch.end);
         for row in inside {
             let kicked = row.time > nearest_double(&kick.time.to_rational().unwrap());
             let done = if kicked { work.clone() } else { BigRational::zero() };

@@ -1,6 +1,6 @@
 //! The embedded explicit pairs against the independent multiprecision events, and the studies that measure them.
 
-use crate::common::cases::{self, built_in, by, parsed, recorded};
+use crate::common::cases::{self, built_in, by, near, parsed, recorded};
 use crate::common::random_brakes::difference;
 use crate::common::{event_sequence, largest_event_error, output, run, solver, truth};
 use stickslip::analysis::work_precision::{self, MethodErrors, PrecisionStudy, StudySource};
@@ -115,10 +115,7 @@ fn multiprecision_a_study_measures_the_errors() {
         assert!(a.same_sequence && b.same_sequence);
         let error = largest_event_error(&truth, &recorder);
         assert!((a.errors.largest.unwrap() - error).abs() < 2e-15, "{a:?}: {error:e}");
-        assert!(
-            (a.errors.largest.unwrap() - b.errors.largest.unwrap()).abs() < 5.0 * largest,
-            "{a:?} {b:?}"
-        );
+        near(a.errors.largest.unwrap(), b.errors.largest.unwrap(), 5.0 * largest);
         let calls: u64 = report.work.iter().map(|w| w.rhs_evaluations).sum();
         assert_eq!((a.rhs_evaluations, b.rhs_evaluations), (calls, calls));
         let first = recorder.events.iter().find(|e| e.kind.name() == "stick").unwrap();

@@ -104,11 +104,8 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     let exact = Case::exact(&source, &overrides).unwrap();
     let case = case(&overrides, &[]);
     let result = recorded(&case);
-    let certificate = Certify::new(&case)
-        .oracle(&exact, 25)
-        .start(&result)
-        .unwrap()
-        .certificate;
+    let start = Certify::new(&case).oracle(&exact, 25).start(&result).unwrap();
+    let certificate = start.certificate;
     assert_eq!(certificate.contradiction, None, "{friction}");
     for event in &certificate.events {
         let error = event.true_error.expect("the oracle has it").abs();

@@ -161,12 +161,8 @@ fn multiprecision_more_digits_change_nothing() {
         assert_eq!(a.kind, b.kind);
         let exact = b.time.to_rational().expect("finite");
         let scale = exact.clone().max(rational("0.1").unwrap());
-        assert!(
-            digits(&a.time, &exact, &scale) > 30.0,
-            "{} at {}",
-            a.kind.name(),
-            b.time.to_decimal(20)
-        );
+        let found = digits(&a.time, &exact, &scale);
+        assert!(found > 30.0, "{} at {}", a.kind.name(), b.time.to_decimal(20));
     }
 }
 
@@ -278,11 +274,8 @@ fn multiprecision_units_are_converted_exactly() {
     ] {
         let printed = truth["parameters"][name].as_str().unwrap();
         let digits = printed.chars().filter(char::is_ascii_digit).count();
-        assert_eq!(
-            rational(&stickslip::oracle::decimal(value, digits)),
-            rational(printed),
-            "{name}"
-        );
+        let found = rational(&stickslip::oracle::decimal(value, digits));
+        assert_eq!(found, rational(printed), "{name}");
     }
 }
 
@@ -312,11 +305,9 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
         let exact = Case::exact(&source, &overrides).unwrap().system;
         let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.map(EventKind::name).collect::<Vec<_>>();
-        assert_eq!(
-            kinds(&mut report.events.iter().map(|event| event.kind)),
-            kinds(&mut recorder.events.iter().map(|event| event.kind)),
-            "decay {decay}"
-        );
+        let found = kinds(&mut report.events.iter().map(|event| event.kind));
+        let expected = kinds(&mut recorder.events.iter().map(|event| event.kind));
+        assert_eq!(found, expected, "decay {decay}");
         // With at least a reversal; otherwise there is nothing to compare.
         assert!(recorder.events.len() > 3, "decay {decay}: {}", recorder.events.len());
         for (own, exact) in recorder.events.iter().zip(&report.events) {

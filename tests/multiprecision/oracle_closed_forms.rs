@@ -280,10 +280,8 @@ fn analytic_instability_of_unequal_surfaces() {
     let x = lost.state.relative_velocity.to_f64();
     let kappa = -0.05 * 2000.0 * 3.5 * 0.3 * (-3.5 * x).exp();
     let resistance = impedance(below).re;
-    assert!(
-        (resistance + kappa).abs() < 1e-9 * resistance,
-        "{resistance} and {kappa}"
-    );
+    let error = (resistance + kappa).abs();
+    assert!(error < 1e-9 * resistance, "{resistance} and {kappa}");
 }
 
 /// If the margin is not watched, or if a torque keeps the rotor turning, there is no change of stability, and the
@@ -418,11 +416,8 @@ fn property_a_clutch_with_a_shaft_keeps_its_momentum() {
         let speeds = state.rotor_speed.iter().chain(&state.stator_speed);
         inertias.zip(speeds).map(|(j, w)| j * exact(w)).sum::<Real>()
     };
-    let states = report
-        .samples
-        .iter()
-        .map(|sample| &sample.1)
-        .chain(report.events.iter().map(|event| &event.state));
+    let samples = report.samples.iter().map(|sample| &sample.1);
+    let states = samples.chain(report.events.iter().map(|event| &event.state));
     for state in states {
         assert!(nearest_double(&(momentum(state) - r("34"))).abs() < 1e-33);
     }
@@ -1046,10 +1041,8 @@ fn analytic_bristles_let_go() {
     assert_eq!(kinds(&report), [Separation, Corner, Corner, Contact, Corner]);
     near(&report.events[0].time, "0.5", 1e-36);
     near(&report.events[3].time, "1.75", 1e-36);
-    let deflections = report
-        .samples
-        .iter()
-        .map(|sample| sample.1.deflection.clone().expect("bristles"));
+    let samples = report.samples.iter();
+    let deflections = samples.map(|sample| sample.1.deflection.clone().expect("bristles"));
     let [first, open, waiting, last] = deflections.collect::<Vec<_>>().try_into().expect("four");
     // In steady sliding z = mu/sigma_0.
     near_double(&first, 0.005, 1e-8);

@@ -127,10 +127,8 @@ fn linearised(name: &str, settings: &[&str]) -> (CaseSource, Vec<Override>, Line
 fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     let (source, changes, linearised) = linearised(name, settings);
     let parameters = linearised.parameters.iter().enumerate();
-    let numbers: Vec<usize> = parameters
-        .filter(|(index, number)| wanted(*index, &number.path))
-        .map(|(index, _)| index)
-        .collect();
+    let kept = parameters.filter(|(index, number)| wanted(*index, &number.path));
+    let numbers: Vec<usize> = kept.map(|(index, _)| index).collect();
     assert!(!numbers.is_empty());
     let kinds: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
     let (path, value) = (&linearised.parameters[0].path, linearised.parameters[0].value);
@@ -264,11 +262,8 @@ fn multiprecision_sensitivities_by_the_parameters_of_stribeck() {
         .iter()
         .position(|p| p.path == "friction.exponent")
         .expect("a parameter");
-    let first = linearised
-        .events
-        .iter()
-        .find(|event| event.kind == EventKind::Stick)
-        .expect("a stick");
+    let mut events = linearised.events.iter();
+    let first = events.find(|event| event.kind == EventKind::Stick).expect("a stick");
     assert!(first.by_parameter[power].value.is_finite() && first.by_parameter[power].value != 0.0);
     check("paper-si", &set, |_, path| of_law(path) && path != "friction.exponent");
 }
@@ -313,11 +308,8 @@ fn multiprecision_growth_covers_the_kick() {
         let recorder = recorded(&case);
         let growth = stickslip::analysis::Growth::of_run(&case.system, &recorder.events, case.output.end_time);
         let gained = growth.and_then(|growth| growth.from_kick).expect("a kick");
-        let first = linearised
-            .events
-            .iter()
-            .find(|e| e.kind == EventKind::Stick)
-            .expect("a stick");
+        let events = linearised.events;
+        let first = events.iter().find(|e| e.kind == EventKind::Stick).expect("a stick");
         let grown = first.growth.expect("after the instability");
         assert!((grown - gained).abs() < 1.5, "{name}: {grown} {gained}");
     }

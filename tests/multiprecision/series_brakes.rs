@@ -38,10 +38,8 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
     let source = CaseSource::built_in(name).unwrap();
     overrides.push(Override::parse("solver.method=series").unwrap());
     let case = Case::read(&source, &overrides).unwrap();
-    assert_eq!(
-        (case.solver.method, case.solver.rtol),
-        (Method::Series, SolverOptions::default().rtol)
-    );
+    let found = (case.solver.method, case.solver.rtol);
+    assert_eq!(found, (Method::Series, SolverOptions::default().rtol));
     let mut recorder = MemoryRecorder::default();
     let end = case.output.end_time;
     Run::new(&case).record(&mut recorder).start().unwrap();

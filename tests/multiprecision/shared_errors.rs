@@ -28,11 +28,8 @@ fn check(name: &str, changes: &[Override], exact: &[(EventKind, ExactDouble)]) -
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     assert_eq!(certificate.verdict, Verdict::Converged, "{name}");
     let kinds = |kinds: Vec<EventKind>| kinds;
-    assert_eq!(
-        kinds(recorder.events.iter().map(|event| event.kind).collect()),
-        kinds(exact.iter().map(|event| event.0).collect()),
-        "{name}"
-    );
+    let found = kinds(recorder.events.iter().map(|event| event.kind).collect());
+    assert_eq!(found, kinds(exact.iter().map(|event| event.0).collect()), "{name}");
     let events = recorder.events.iter().zip(&certificate.events).zip(exact);
     events
         .map(|((event, certified), (kind, time))| {

@@ -31,7 +31,7 @@ impl From<TableSchema> for KeptTable {
 }
 
 /// A recorder that keeps all tables of a result file in memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct KeptRows {
     /// Tables of every run, then /dense and /dense/coefficients if there is dense output.
     pub tables: Vec<KeptTable>,
@@ -42,28 +42,20 @@ pub struct KeptRows {
 }
 
 impl KeptRows {
-    /// An empty recorder for a run whose files have this extension.
-    pub fn new(extension: &Extension) -> Self {
+    /// An empty recorder for a run whose files have this extension. With `events_alone` it keeps no samples and no pieces
+    /// of the dense output.
+    pub fn new(extension: &Extension, events_alone: bool) -> Self {
         KeptRows {
             tables: schema::all_tables(extension).into_iter().map(KeptTable::from).collect(),
             order: Vec::new(),
             further: Vec::new(),
-            events_alone: false,
+            events_alone,
         }
     }
 
     /// Removes all rows, and prepares for a run with this extension.
-    pub fn emptied(self, extension: &Extension) -> Self {
-        KeptRows {
-            events_alone: self.events_alone,
-            ..KeptRows::new(extension)
-        }
-    }
-
-    /// From now on, samples and pieces of the dense output are not kept.
-    pub fn events_alone(mut self) -> Self {
-        self.events_alone = true;
-        self
+    pub fn begin_again(&mut self, extension: &Extension) {
+        *self = KeptRows::new(extension, self.events_alone);
     }
 }
 

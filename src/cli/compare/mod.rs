@@ -1,18 +1,21 @@
 //! `stickslip compare`: compares the result of another solver with a reference.
 
-mod drawn;
-mod pages;
-mod target;
-
 use super::arguments::{Common, CompareOptions};
 use super::input::{columns, open_reference};
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, tell};
 use crate::Error;
-use crate::report::{Page, PagePart, Report};
+use crate::output::{Output, Product};
+use crate::plot::comparison::DrawnCandidate;
+use crate::plot::signature::REPORT as MARK;
+use crate::plot::{self, DrawnRun, Figure};
+use crate::report::{DrawnPage, Page, PagePart, Report, html, markdown};
 use serde::Serialize;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
+
+mod pages;
 
 #[derive(Serialize)]
 struct CompareReport<'a> {
@@ -36,9 +39,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
     let requirements = requirements.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
     let report = options.report.as_deref();
-    let report = report
-        .map(|path| target::ReportTarget::new(path, options))
-        .transpose()?;
+    let report = report.map(|path| ReportTarget::new(path, options)).transpose()?;
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
@@ -55,7 +56,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     if let Some(target) = report {
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
-            let figures = drawn::figures((&reference, &mapping), c, (target.output.path(), number));
+            let figures = figures((&reference, &mapping), c, (target.output.path(), number));
             // The figures follow the paragraph about the files.
             page.parts.splice(1..1, figures);
             page
@@ -98,4 +99,81 @@ fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, C
             .map_err(|what| CompareError::Option(format!("--hysteresis: {what}")))?;
     }
     Ok(mapping)
+}
+
+/// Width of a figure, mm.
+const WIDTH: f64 = 170.0;
+
+/// The figures of comparison `number` in the report, or the reason why there are none.
+pub(super) fn figures(
+    (reference, mapping): (&Reference, &Mapping),
+    comparison: &Comparison,
+    (report, number): (&Path, usize),
+) -> Vec<PagePart> {
+    let stem = report.file_stem().unwrap_or_default().to_string_lossy();
+    let drawn = || -> Result<Vec<PagePart>, Error> {
+        let run = DrawnRun::open(Path::new(&comparison.reference))?;
+        let path = Path::new(&comparison.candidate);
+        let beside = DrawnCandidate {
+            reference,
+            run: &run,
+            path,
+            mapping,
+        };
+        let place = match number {
+            0 => String::new(),
+            _ => format!("-{}", number + 1),
+        };
+        let part = |figure: &Figure| {
+            Ok(PagePart::Figure(DrawnPage {
+                file: format!("{stem}{place}-{}.svg", figure.name),
+                title: figure.full_title(),
+                svg: plot::draw(figure, WIDTH)?.svg(),
+            }))
+        };
+        beside.figures(comparison)?.iter().map(part).collect()
+    };
+    drawn().unwrap_or_else(|error| vec![PagePart::Text(format!("no figure: {error}"))])
+}
+
+/// The place of a report.
+struct ReportTarget {
+    output: Output,
+    html: bool,
+    force: bool,
+}
+
+impl ReportTarget {
+    /// Refuses unknown formats, inputs, and existing files that are not reports, before anything is computed.
+    fn new(path: &Path, options: &CompareOptions) -> Result<ReportTarget, Error> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let html = match extension.as_deref() {
+            Some("html" | "htm") => true,
+            Some("md") => false,
+            _ => {
+                let why = "a report is written as HTML or Markdown; give it the extension .html or .md";
+                return Err(Error::of_file(path, why));
+            }
+        };
+        let files = options.candidates.iter().chain([&options.reference]);
+        let inputs: Vec<PathBuf> = files.chain(&options.map).chain(&options.events).cloned().collect();
+        let force = options.force;
+        let output = Output::new(path, Product::Report, &inputs, force)?;
+        Ok(ReportTarget { output, html, force })
+    }
+
+    /// Writes the report. Figures of a Markdown report are files next to it, which replace only figures of this
+    /// program.
+    fn write(&self, pages: &[Page]) -> Result<(), Error> {
+        if self.html {
+            return self.output.write(&[html(pages, MARK).as_bytes()]);
+        }
+        for part in pages.iter().flat_map(|page| &page.parts) {
+            let PagePart::Figure(figure) = part else { continue };
+            let path = self.output.path().with_file_name(&figure.file);
+            let product = Product::Figure(Product::Report.option());
+            Output::new(&path, product, &[], self.force)?.write(&[figure.svg.as_bytes()])?;
+        }
+        self.output.write(&[markdown(pages, MARK).as_bytes()])
+    }
 }

@@ -135,7 +135,7 @@ pub(super) fn read(
             half
         }
         // A count is exact.
-        None => match rounding.or(QUANTITIES[quantity].count.then_some(0.5)) {
+        None => match rounding.or(QUANTITIES[quantity].is_count().then_some(0.5)) {
             Some(half) => half,
             None => {
                 let message = "the half-width is missing: write the value in quotes as it was printed, so that its \

@@ -156,16 +156,16 @@ pub(crate) fn event_form(study: &Study) -> EventForm {
 pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
     let variables = QUANTITIES.iter().map(|quantity| Variable {
         name: quantity.name.to_owned(),
-        kind: if quantity.count {
+        kind: if quantity.is_count() {
             StorageKind::Int64
         } else {
             StorageKind::Float64
         },
         units: quantity.unit(study.words.motion()).to_owned(),
         long_name: quantity.description.to_owned(),
-        fill: quantity.count.then_some(NO_COUNT),
+        fill: quantity.is_count().then_some(NO_COUNT),
         flags: quantity
-            .flags
+            .flags()
             .iter()
             .map(|&(code, word)| (code, word.to_owned()))
             .collect(),

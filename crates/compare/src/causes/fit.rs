@@ -1,8 +1,13 @@
 //! Gauss-Newton fit of a motion to a candidate, first over the time in which the two are close, then over a growing
-//! time.
+//! time; and the parameters that are fitted: those of the case, and those that are zero or absent in it.
 
 use super::evidence::Evidence;
 use super::motion::Played;
+use super::number::is_coefficient;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use stickslip_engine::workers::over_processors;
+use stickslip_system::model::system::{End, Pressing, Train};
+use stickslip_system::signal::{Drive, Wave};
 
 const STEP: f64 = 1e-6;
 /// Gauss-Newton steps while the window grows, and in all: with all samples the fit goes on until it has converged.
@@ -138,4 +143,246 @@ pub(crate) fn least_squares<S: AsRef<[f64]>>(slopes: &[S], now: &[f64]) -> Optio
         }
         _ => None,
     }
+}
+
+/// Number of parameters, and of pairs, that are fitted completely after the first window.
+const CLOSEST: usize = 12;
+const CLOSEST_PAIRS: usize = 6;
+
+/// Values of one parameter (or of two) with which a motion comes closest to the candidate, and their places in
+/// `unknown`. `base` is the motion without changes; `guesses` are initial values of single parameters.
+pub(super) fn closest(
+    evidence: &Evidence<'_>,
+    play: &(dyn Fn(&[(String, f64)]) -> Option<Played> + Sync),
+    base: &Played,
+    unknown: &[Unknown],
+    pairs: bool,
+    guesses: &[(String, f64)],
+) -> Vec<(Vec<usize>, FitPoint)> {
+    let window = evidence.window(base);
+    let now = evidence.residual(base, window);
+    if now.is_empty() || now.iter().any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    let slopes = over_processors(unknown.len(), &|| false, |k| {
+        let fit = Fit {
+            evidence,
+            play: &|values: &[f64]| play(&unknown[k].changes(values[0])),
+            units: &[unknown[k].unit],
+        };
+        let point = FitPoint {
+            values: vec![unknown[k].value],
+            played: base.clone(),
+            window,
+        };
+        fit.slope(&point, 0)
+    });
+    let known: Vec<(usize, &[f64])> = slopes
+        .iter()
+        .enumerate()
+        .filter_map(|(k, slope)| Some((k, slope.as_deref()?)))
+        .collect();
+    let groups: Vec<Vec<(usize, &[f64])>> = match pairs {
+        false => known.iter().map(|&one| vec![one]).collect(),
+        true => {
+            let each = known.iter().enumerate();
+            each.flat_map(|(n, &a)| known[n + 1..].iter().map(move |&b| vec![a, b]))
+                .collect()
+        }
+    };
+    let ranked = groups.into_iter().map(|group| {
+        let slopes: Vec<&[f64]> = group.iter().map(|(_, slope)| *slope).collect();
+        (left(&slopes, &now), group.iter().map(|(k, _)| *k).collect::<Vec<_>>())
+    });
+    let mut ranked: Vec<(f64, Vec<usize>)> = ranked.filter(|(left, _)| left.is_finite()).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.truncate(if pairs { CLOSEST_PAIRS } else { CLOSEST });
+    let own = |group: Vec<usize>| {
+        let values = group.iter().map(|&k| unknown[k].value).collect();
+        (group, values)
+    };
+    let mut begin: Vec<(Vec<usize>, Vec<f64>)> = ranked.into_iter().map(|(_, group)| own(group)).collect();
+    for (path, value) in guesses.iter().take(CLOSEST).filter(|_| !pairs) {
+        let known = unknown
+            .iter()
+            .position(|unknown| unknown.path == *path && unknown.is_alone());
+        begin.extend(known.map(|k| (vec![k], vec![*value])));
+    }
+    let found = over_processors(begin.len(), &|| false, |index| {
+        let (which, values) = &begin[index];
+        let units: Vec<f64> = which.iter().map(|&k| unknown[k].unit).collect();
+        let fit = Fit {
+            evidence,
+            play: &|values: &[f64]| play(&Unknown::changes_of(unknown, which, values)),
+            units: &units,
+        };
+        Some((which.clone(), fit.refined(values.clone())?))
+    });
+    found.into_iter().flatten().collect()
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Unknown {
+    pub path: String,
+    pub value: f64,
+    pub unit: f64,
+    pub with: Vec<String>,
+    /// Other parameters that change by the same factor, with their values.
+    pub scaled: Numbers,
+    pub mistaken: Vec<f64>,
+}
+
+pub(crate) type Numbers = Vec<(String, f64)>;
+
+/// Common mistakes of a parameter, as factors: double, half, zero, other sign, degrees.
+const MISTAKEN: [f64; 6] = [2.0, 0.5, 0.0, -1.0, TAU / 360.0, 360.0 / TAU];
+
+/// Mistakes of a phase besides its sign: a sine for a cosine, or the opposite direction.
+const TURNS: [f64; 3] = [FRAC_PI_2, -FRAC_PI_2, PI];
+
+impl Unknown {
+    pub fn changes(&self, value: f64) -> Numbers {
+        let paths = [&self.path].into_iter().chain(&self.with);
+        let same = paths.map(|path| (path.clone(), value));
+        let scaled = self.scaled.iter();
+        same.chain(scaled.map(|(path, own)| (path.clone(), own * value / self.value)))
+            .collect()
+    }
+
+    /// Changes of several parameters to these values.
+    pub fn changes_of(all: &[Unknown], which: &[usize], values: &[f64]) -> Numbers {
+        let each = which.iter().zip(values);
+        each.flat_map(|(&k, value)| all[k].changes(*value)).collect()
+    }
+
+    /// Whether it changes alone.
+    pub fn is_alone(&self) -> bool {
+        self.with.is_empty() && self.scaled.is_empty()
+    }
+}
+
+fn wave(drive: &Drive) -> Option<&Wave> {
+    match drive {
+        Drive::Wave(wave) => Some(wave),
+        _ => None,
+    }
+}
+
+impl Evidence<'_> {
+    pub(crate) fn unknown(&self) -> Vec<Unknown> {
+        let (system, trains) = (self.physics.system(), &self.physics.trains);
+        let omega = self.physics.natural_angular_frequency();
+        let speed = self.physics.speed();
+        let torque = system.breakaway * system.radius * self.physics.course.largest_force();
+        let of_case = self.case.numbers().iter().filter(|number| number.value != 0.0);
+        let mut unknown: Vec<Unknown> = of_case
+            .map(|number| {
+                let is_phase = number.path.ends_with(".phase");
+                Unknown {
+                    path: number.path.clone(),
+                    value: number.value,
+                    unit: if is_phase { 1.0 } else { number.value.abs() },
+                    with: Vec::new(),
+                    scaled: Vec::new(),
+                    mistaken: match is_phase {
+                        true => TURNS
+                            .map(|turn| number.value + turn)
+                            .into_iter()
+                            .chain([-number.value])
+                            .collect(),
+                        false => MISTAKEN.map(|factor| factor * number.value).to_vec(),
+                    },
+                }
+            })
+            .collect();
+        // The speed of a driven end, together with equal speeds at t = 0.
+        for end in ["rotor.speed", "stator.speed"] {
+            let number = self.case.number(end).map(|number| number.value);
+            let Some(value) = number.filter(|speed| *speed != 0.0) else {
+                continue;
+            };
+            let initial = self.case.numbers().iter();
+            let same = initial.filter(|n| n.path.starts_with("initial.") && n.value == value);
+            let with: Vec<String> = same.map(|number| number.path.clone()).collect();
+            if !with.is_empty() {
+                unknown.push(Unknown {
+                    path: end.to_owned(),
+                    value,
+                    unit: value.abs(),
+                    with,
+                    scaled: Vec::new(),
+                    mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
+                });
+            }
+        }
+        // All coefficients of friction, which a mistaken size or unit of the force changes together.
+        let coefficients = self.case.numbers().iter();
+        let coefficients = coefficients.filter(|number| number.value != 0.0 && is_coefficient(&number.path));
+        let mut coefficients = coefficients.map(|number| (number.path.clone(), number.value));
+        if let Some((path, value)) = coefficients.next() {
+            let scaled: Numbers = coefficients.collect();
+            unknown.extend((!scaled.is_empty()).then(|| Unknown {
+                path,
+                value,
+                unit: value.abs(),
+                with: Vec::new(),
+                scaled,
+                mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
+            }));
+        }
+        let mut absent = |path: String, unit: f64, mistaken: &[f64]| {
+            let of_list = [path.strip_suffix(".0").map(str::to_owned), Some(format!("{path}.0"))];
+            let is_same =
+                |known: &Unknown| known.path == path || of_list.iter().flatten().any(|name| *name == known.path);
+            let is_known = unknown.iter().any(is_same);
+            if !is_known && unit.is_finite() && unit > 0.0 {
+                unknown.push(Unknown {
+                    path,
+                    value: 0.0,
+                    unit,
+                    with: Vec::new(),
+                    scaled: Vec::new(),
+                    mistaken: mistaken.to_vec(),
+                });
+            }
+        };
+        for (name, train) in [("rotor", &trains.rotor), ("stator", &trains.stator)] {
+            let inertia = |i: usize| train.inertia.get(i).copied().unwrap_or(f64::NAN);
+            for i in 0..train.shafts() {
+                absent(format!("{name}.damping.{i}"), inertia(i) * omega, &[]);
+                absent(format!("initial.{name}_twist.{i}"), speed / omega, &[]);
+            }
+            for i in 0..train.inertia.len() {
+                absent(format!("{name}.viscous.{i}"), inertia(i) * omega, &[]);
+                absent(format!("initial.{name}_speed.{i}"), speed, &[]);
+            }
+            if !train.inertia.is_empty() {
+                let driven = train.torque.as_ref().and_then(|torque| wave(&torque.signal));
+                match driven {
+                    Some(_) => absent(format!("{name}.torque.mean"), torque, &[]),
+                    None => absent(format!("{name}.torque"), torque, &[]),
+                }
+            }
+        }
+        for (path, _) in waves([&trains.rotor, &trains.stator], &trains.pressing) {
+            absent(format!("{path}.phase"), 1.0, &TURNS);
+        }
+        unknown
+    }
+}
+
+fn waves<'a>(trains: [&'a Train; 2], pressing: &'a Pressing) -> Vec<(&'static str, &'a Wave)> {
+    let mut found = Vec::new();
+    let names = [("rotor.torque", "rotor.speed"), ("stator.torque", "stator.speed")];
+    for (train, (torque, speed)) in trains.into_iter().zip(names) {
+        let of_torque = train.torque.as_ref().and_then(|torque| wave(&torque.signal));
+        found.extend(of_torque.map(|wave| (torque, wave)));
+        if let End::Driven(end) = &train.end {
+            found.extend(wave(end).map(|wave| (speed, wave)));
+        }
+    }
+    if let Pressing::Force(force) = pressing {
+        found.extend(wave(force).map(|wave| ("contact.normal_force", wave)));
+    }
+    found
 }

@@ -45,7 +45,6 @@ mod stepper;
 mod steps;
 mod stick_test;
 mod swapped;
-mod unknown;
 
 pub use kick::OtherKick;
 pub use parameters::{Agreement, EventAgreement, FoundBy, OtherNumber, OtherParameters};

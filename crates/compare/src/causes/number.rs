@@ -1,13 +1,12 @@
 //! Other parameters of the case, one or two at once.
 
-use super::equations::Fitted;
+use super::equations;
 use super::evidence::Evidence;
-use super::fit::{Fit, FitPoint, left};
+use super::fit::{Numbers, Unknown, closest};
 use super::judge::{ALL, EXACT, EXPLAINED, OF_FITTED};
 use super::motion::Played;
 use super::parameters::{self, EventAgreement, FoundBy, OtherNumber, OtherParameters, of_normal_force};
 use super::search::{Search, Tried};
-use super::unknown::{Numbers, Unknown};
 use super::{Cause, Causes, Proposal};
 use crate::diagnosis::{CauseKind, limit_of};
 use std::sync::Arc;
@@ -15,9 +14,6 @@ use stickslip_engine::workers::over_processors;
 use stickslip_system::friction::Law;
 use stickslip_system::record::sequence::SequenceEvent;
 
-/// Number of parameters, and of pairs, that are fitted completely after the first window.
-const CLOSEST: usize = 12;
-const CLOSEST_PAIRS: usize = 6;
 /// Smallest explained share before an onset from noise: a motion is smooth there, and many parameters change it alike.
 const OF_SMOOTH: f64 = 1.0 - 1e-6;
 /// Secants for each landmark, and the largest factor of a step.
@@ -74,18 +70,16 @@ fn proposals(all: impl IntoIterator<Item = Numbers>) -> Vec<Proposal> {
 impl ChangedNumber {
     /// Parameters that the equations show between the candidate's samples.
     pub fn of_equations(search: &Search<'_>) -> Vec<Proposal> {
-        let Some(Fitted { numbers, or }) = search.fitted else {
-            return Vec::new();
-        };
-        let all = std::iter::once(numbers.clone()).chain(or.iter().map(|one| vec![one.clone()]));
-        let each = all.map(|numbers| -> Proposal {
-            Arc::new(ChangedNumber {
-                errors: numbers.iter().map(|(_, _, error)| *error).collect(),
-                numbers: numbers.into_iter().map(|(path, value, _)| (path, value)).collect(),
-                told: true,
-                beyond: false,
-            })
-        });
+        let each = equations::fitted(search)
+            .into_iter()
+            .map(|(numbers, errors)| -> Proposal {
+                Arc::new(ChangedNumber {
+                    numbers,
+                    errors,
+                    told: true,
+                    beyond: false,
+                })
+            });
         each.collect()
     }
 
@@ -306,96 +300,25 @@ fn words(other: &OtherParameters, evidence: &Evidence<'_>, outcome: &str) -> (Ca
 /// Parameters, one or two at once, with which the motion comes closest to the candidate. Values that were tried and
 /// explain something are starts of the fits.
 fn fitted(search: &Search<'_>, pairs: bool) -> Vec<Proposal> {
+    let evidence = search.evidence;
     let better = search.tried.iter().filter(|tried| tried.judged.explained > 0.0);
     let guesses = better.filter_map(|tried| match tried.cause.numbers() {
         [number] if tried.cause.stepper().is_none() => Some(number.clone()),
         _ => None,
     });
     let guesses: Vec<(String, f64)> = guesses.collect();
-    let mut unknown = search.evidence.unknown();
+    let mut unknown = evidence.unknown();
     // All coefficients with one of them are the same pair as another.
     unknown.retain(|unknown| !pairs || unknown.scaled.is_empty());
-    let starts = (0..search.evidence.starts.len()).filter(|start| search.may_begin_at(*start));
-    let found = starts.flat_map(|start| fitted_from(search.evidence, start, &unknown, pairs, &guesses));
-    proposals(found.collect::<Vec<_>>())
-}
-
-/// Values of one parameter (or of two) with which a motion from a start comes closest to the candidate. `guesses` are
-/// initial values of single parameters.
-fn fitted_from(
-    evidence: &Evidence<'_>,
-    start: usize,
-    unknown: &[Unknown],
-    pairs: bool,
-    guesses: &[(String, f64)],
-) -> Vec<Numbers> {
-    let changes = |which: &[usize], values: &[f64]| -> Numbers {
-        let each = which.iter().zip(values);
-        each.flat_map(|(&k, value)| unknown[k].changes(*value)).collect()
-    };
-    let Some(base) = evidence.unchanged(start) else {
-        return Vec::new();
-    };
-    let window = evidence.window(&base);
-    let now = evidence.residual(&base, window);
-    if now.is_empty() || now.iter().any(|x| !x.is_finite()) {
-        return Vec::new();
-    }
-    let slopes = over_processors(unknown.len(), &|| false, |k| {
-        let fit = Fit {
-            evidence,
-            play: &|values: &[f64]| evidence.with_numbers(start, &unknown[k].changes(values[0])),
-            units: &[unknown[k].unit],
-        };
-        let point = FitPoint {
-            values: vec![unknown[k].value],
-            played: base.clone(),
-            window,
-        };
-        fit.slope(&point, 0)
+    let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
+    let found = starts.flat_map(|start| {
+        let play = |numbers: &[(String, f64)]| evidence.with_numbers(start, numbers);
+        let base = evidence.unchanged(start);
+        base.map_or_else(Vec::new, |base| {
+            closest(evidence, &play, &base, &unknown, pairs, &guesses)
+        })
     });
-    let known: Vec<(usize, &[f64])> = slopes
-        .iter()
-        .enumerate()
-        .filter_map(|(k, slope)| Some((k, slope.as_deref()?)))
-        .collect();
-    let groups: Vec<Vec<(usize, &[f64])>> = match pairs {
-        false => known.iter().map(|&one| vec![one]).collect(),
-        true => {
-            let each = known.iter().enumerate();
-            each.flat_map(|(n, &a)| known[n + 1..].iter().map(move |&b| vec![a, b]))
-                .collect()
-        }
-    };
-    let ranked = groups.into_iter().map(|group| {
-        let slopes: Vec<&[f64]> = group.iter().map(|(_, slope)| *slope).collect();
-        (left(&slopes, &now), group.iter().map(|(k, _)| *k).collect::<Vec<_>>())
-    });
-    let mut ranked: Vec<(f64, Vec<usize>)> = ranked.filter(|(left, _)| left.is_finite()).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.truncate(if pairs { CLOSEST_PAIRS } else { CLOSEST });
-    let own = |group: Vec<usize>| {
-        let values = group.iter().map(|&k| unknown[k].value).collect();
-        (group, values)
-    };
-    let mut begin: Vec<(Vec<usize>, Vec<f64>)> = ranked.into_iter().map(|(_, group)| own(group)).collect();
-    for (path, value) in guesses.iter().take(CLOSEST).filter(|_| !pairs) {
-        let known = unknown
-            .iter()
-            .position(|unknown| unknown.path == *path && unknown.is_alone());
-        begin.extend(known.map(|k| (vec![k], vec![*value])));
-    }
-    let found = over_processors(begin.len(), &|| false, |index| {
-        let (which, values) = &begin[index];
-        let units: Vec<f64> = which.iter().map(|&k| unknown[k].unit).collect();
-        let fit = Fit {
-            evidence,
-            play: &|values: &[f64]| evidence.with_numbers(start, &changes(which, values)),
-            units: &units,
-        };
-        fit.refined(values.clone()).map(|point| changes(which, &point.values))
-    });
-    found.into_iter().flatten().collect()
+    proposals(found.map(|(which, point)| Unknown::changes_of(&unknown, &which, &point.values)))
 }
 
 /// The value of a parameter with which the events come closest to the candidate's: by secants on landmarks, from the

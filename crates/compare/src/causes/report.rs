@@ -1,6 +1,5 @@
 //! The causes of a difference in a comparison: the evidence is collected, the search runs, and its result is said.
 
-use super::equations::{self, StretchPass};
 use super::evidence::{Evidence, TrialStart};
 use super::kick::{JumpPass, OtherKick, other_kick};
 use super::observation::{Observation, ObservationPass};
@@ -12,9 +11,9 @@ use crate::clock::{FoundOffset, OtherClock};
 use crate::comparison::{Closest, Span, Unexplained};
 use crate::detect::{Detection, Found};
 use crate::diagnosis::{CauseKind, Diagnosis, Symptoms};
+use crate::error::{Limit, OutOfTime};
 use crate::follows::follows;
-use crate::limit::{Limit, OutOfTime};
-use crate::{CompareError, Reference, torques};
+use crate::{CompareError, Reference, survey};
 use std::sync::atomic::Ordering;
 use stickslip_case::WrittenCase;
 use stickslip_system::record::EventKind;
@@ -49,13 +48,14 @@ pub(crate) struct Shown<'a> {
     /// Largest error of an event, s; infinite if the sequences differ.
     pub worst: Option<f64>,
     pub wrong: Option<f64>,
+    /// |omega_r| up to which the contact sticks, rad/s.
+    pub tolerance: f64,
     /// How its events were found in its samples; `None` if they were stated.
     pub detected: Option<Detection>,
 }
 
 /// Passes over a candidate of another program that collect the evidence.
 pub(crate) struct Passes<'a> {
-    pub stretches: StretchPass,
     pub jump: JumpPass<'a>,
     pub observation: ObservationPass,
 }
@@ -82,10 +82,9 @@ impl Reference {
     ) -> Result<Causes, CompareError> {
         let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
         let period = physics.natural_period();
-        let (mut stretches, mut jumped, mut first, mut observation) = (None, None, None, None);
+        let (mut jumped, mut first, mut observation) = (None, None, None);
         if let Some(passes) = passes {
             (jumped, first) = (passes.jump.finish(), passes.jump.first());
-            stretches = Some(passes.stretches).filter(StretchPass::is_of_use);
             observation = Some(passes.observation.finish(physics, self.walk()?)?);
         }
         let observation = observation.filter(Observation::overlaps);
@@ -172,7 +171,6 @@ impl Reference {
             found: Default::default(),
         }
         .prepared();
-        let fitted = stretches.and_then(|stretches| equations::fitted(&case, &physics.places, stretches));
         let other = kick.as_ref().zip(jumped.as_ref());
         let other = other.and_then(|((time, states), jumped)| other_kick(physics, (*time, states), jumped));
         // The error of its own steps before its first sample is no other state.
@@ -182,7 +180,7 @@ impl Reference {
             reference: self,
             candidate: shown.candidate,
             symptoms,
-            fitted: fitted.as_ref(),
+            tolerance: shown.tolerance,
             offset: shown.offset,
             breakaway: self.breakaway(symptoms.found),
             onset: self.word.first().map(|event| event.time),
@@ -277,7 +275,7 @@ impl Reference {
 
     /// mu_0 by the reference's breakaway torque: median over the candidate's breakaways.
     fn breakaway(&self, found: &[Found]) -> Option<f64> {
-        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
+        let ratios = survey::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
         Some(ratios.get(ratios.len() / 2)? * self.physics.system().breakaway)
     }
 }

@@ -1,6 +1,5 @@
 //! The search: causes are tried in their order, and those that reproduce the candidate equally well are kept.
 
-use super::equations::Fitted;
 use super::evidence::{Evidence, TrialStart};
 use super::judge::{ALL, CLOSE, EXACT, Judged};
 use super::kick::{Jumped, OtherKick};
@@ -36,8 +35,8 @@ pub(crate) struct Search<'a> {
     pub reference: &'a Reference,
     pub candidate: &'a Candidate,
     pub symptoms: &'a Symptoms<'a>,
-    /// Parameters read off the samples by their equations.
-    pub fitted: Option<&'a Fitted>,
+    /// |omega_r| up to which the contact sticks, rad/s.
+    pub tolerance: f64,
     /// Offset of the clock found from the events.
     pub offset: Option<FoundOffset>,
     /// mu_0 by the torque at which the candidate's sticks end.
