@@ -4,6 +4,7 @@ use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::path::Path;
+use stickslip_analysis::ErrorKind as AnalysisKind;
 use stickslip_case::{CaseError, CaseProblem, suggest};
 use stickslip_compare::CompareError;
 use stickslip_files::{Reason, ResultError};
@@ -168,6 +169,17 @@ impl From<CompareError> for Error {
         match error {
             CompareError::Result(error) => error.into(),
             _ => Error::input(error),
+        }
+    }
+}
+
+impl From<stickslip_analysis::Error> for Error {
+    fn from(error: stickslip_analysis::Error) -> Self {
+        match error.kind {
+            AnalysisKind::Case(error) => error.into(),
+            AnalysisKind::File(error) => error.into(),
+            AnalysisKind::Input => Error::input(error.message),
+            _ => Error::computation(error.message),
         }
     }
 }

@@ -20,15 +20,15 @@ type StudiesOfCommand = (
 );
 
 const OF_COMMANDS: [StudiesOfCommand; 4] = [
-    ("sweep", STUDIES, |source| Ok(Study::parse(source, &[])?.title)),
+    ("sweep", STUDIES, |source| Ok(Study::parse(source, &[])?.head.title)),
     ("calibrate", CALIBRATIONS, |source| {
-        Ok(CalibrationStudy::parse(source, &[])?.runs.title)
+        Ok(CalibrationStudy::parse(source, &[])?.runs.head.title)
     }),
     ("continue", CONTINUATIONS, |source| {
-        Ok(ContinuationStudy::parse(source, &[])?.title)
+        Ok(ContinuationStudy::parse(source, &[])?.head.title)
     }),
     ("work-precision", work_precision::STUDIES, |source| {
-        Ok(PrecisionStudy::parse(source)?.title)
+        Ok(PrecisionStudy::parse(source)?.head.title)
     }),
 ];
 

@@ -1,7 +1,6 @@
 //! Commands that compute a study: `stickslip sweep`, `calibrate`, `continue` and `work-precision`.
 
 use super::arguments::{CalibrateOptions, Common, ContinueOptions, FigureFormat, SweepOptions, WorkPrecisionOptions};
-use super::cycle::cycle_error;
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::plot::{self, FigureOutput};
 use super::progress::{BarKind, watched};
@@ -13,16 +12,14 @@ use crate::report::{BranchesReport, CalibrationReport, PrecisionReport, SweepSum
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-use stickslip_analysis::analysis::work_precision::{self, PrecisionStudy, StudyError};
-use stickslip_analysis::calibrate::{self, CALIBRATIONS, Calibration, CalibrationError, CalibrationStudy, write_file};
-use stickslip_analysis::continuation::{
-    CONTINUATIONS, Continuation, ContinuationError, ContinuationStudy, ExploreError,
-};
-use stickslip_analysis::provenance;
-use stickslip_analysis::sweep::{JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, journal_path};
+use stickslip_analysis::ErrorKind;
+use stickslip_analysis::analysis::work_precision::{self, PrecisionRun, PrecisionStudy};
+use stickslip_analysis::calibrate::{CALIBRATIONS, Calibration, CalibrationRun, CalibrationStudy};
+use stickslip_analysis::continuation::{CONTINUATIONS, Continuation, ContinuationStudy};
+use stickslip_analysis::sweep::{STUDIES, Shard, Study, StudySource, Sweep, journal_path};
 use stickslip_engine::workers::processors;
+use stickslip_files::Reason;
 use stickslip_files::disk::same_file;
-use stickslip_files::{Reason, Reservation};
 
 /// Environment variables with the number of MPI processes, of Open MPI and of MPICH and its relatives.
 const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
@@ -52,7 +49,7 @@ fn file_of(named: Option<&PathBuf>, study: &StudySource, shard: Option<Shard>) -
 pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEnd, Error> {
     refuse_ranks(options)?;
     let study = Study::parse(StudySource::find(&options.study, STUDIES)?, &options.runs.overrides()?)?;
-    let path = file_of(options.output.as_ref(), &study.source, options.shard);
+    let path = file_of(options.output.as_ref(), &study.head.source, options.shard);
     let jobs = options.runs.jobs.unwrap_or_else(processors);
     let stop = interrupt_flag()?;
     let mut executor = capture::executor();
@@ -70,7 +67,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
         sweep.start()
     });
     let wall_time = clock.elapsed().as_secs_f64();
-    let report = result.map_err(|error| sweep_error(&error, &path))?;
+    let report = result.map_err(|error| resumable(error, &path))?;
     tell(
         common,
         &SweepSummary::new(&study, options.shard, &report, jobs, wall_time),
@@ -108,36 +105,31 @@ fn saved(points: impl std::fmt::Display, path: &Path) -> String {
     )
 }
 
-/// A failure after points were computed, which names the journal if there is one.
-fn resumable(error: &impl ToString, path: &Path) -> Error {
-    let (text, journal) = (error.to_string(), journal_path(path));
-    Error::computation(match journal.exists() {
-        true => format!(
+/// The error of a study. If a disk or an executor failed, it names the journal, if there is one.
+fn resumable(error: stickslip_analysis::Error, path: &Path) -> Error {
+    let journal = journal_path(path);
+    let is_late = match &error.kind {
+        ErrorKind::Executor => true,
+        ErrorKind::File(error) => {
+            error.is_of_the_system() && !matches!(error.reason, Reason::NoReader(_) | Reason::NotCreated(_))
+        }
+        _ => false,
+    };
+    let mut error = Error::from(error);
+    if is_late && journal.exists() {
+        error.text = format!(
             "{}. What was computed is in {}; --resume goes on from there",
-            text.trim_end_matches('.'),
+            error.text.trim_end_matches('.'),
             journal.display()
-        ),
-        false => text,
-    })
-}
-
-fn sweep_error(error: &SweepError, path: &Path) -> Error {
-    match error {
-        SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
-            Reason::NoReader(_) | Reason::NotCreated(_) => Error::computation(error),
-            _ if inner.is_of_the_system() => resumable(error, path),
-            _ => Error::input(error),
-        },
-        SweepError::Refused(_) | SweepError::Journal(_) => Error::input(error),
-        SweepError::Executor(_) => resumable(error, path),
-        _ => Error::computation(error),
+        );
     }
+    error
 }
 
 pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, Error> {
     let source = StudySource::find(&options.study, CONTINUATIONS)?;
     let study = ContinuationStudy::parse(source, &overrides(&options.set, None)?)?;
-    let path = file_of(options.output.as_ref(), &study.source, None);
+    let path = file_of(options.output.as_ref(), &study.head.source, None);
     let stop = interrupt_flag()?;
     let clock = Instant::now();
     let result = watched(common, BarKind::Branches, &stop, |bar| {
@@ -145,7 +137,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
         run.resume(options.resume).watch(bar).start()
     });
     let wall_time = clock.elapsed().as_secs_f64();
-    let report = result.map_err(|error| continuation_error(&error, &path))?;
+    let report = result.map_err(|error| resumable(error, &path))?;
     let explored = &report.explored;
     tell(common, &BranchesReport::new(&study, &report, wall_time))?;
     if explored.interrupted {
@@ -161,43 +153,33 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
     strictly(options.strict, &explored.remarks, said, &report.file)
 }
 
-fn continuation_error(error: &ContinuationError, path: &Path) -> Error {
-    match error {
-        ContinuationError::Cycle(error)
-        | ContinuationError::Explore(ExploreError::NoStart(error) | ExploreError::Case(error)) => cycle_error(error),
-        ContinuationError::File(inner) if inner.is_of_the_system() => resumable(error, path),
-        _ => Error::input(error),
-    }
-}
-
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, Error> {
     let source = StudySource::find(&options.study, CALIBRATIONS)?;
     let study = CalibrationStudy::parse(source, &options.runs.overrides()?)?;
-    let path = file_of(options.output.as_ref(), &study.runs.source, None);
+    let path = file_of(options.output.as_ref(), &study.runs.head.source, None);
     // Set before the file is created, so that an interruption ends the calibration cleanly from then on.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
     let reserve = |case: &PathBuf| match same_file(case, &path) {
         true => {
             let why = "is the result file, too; choose another name with --case or -o";
             Err(Error::of_file(case, why))
         }
-        false => Output::new(case, Product::Case, &study.runs.files, options.force),
+        false => Output::new(case, Product::Case, &study.runs.head.files, options.force),
     };
     let case = options.case.as_ref().map(reserve).transpose()?;
     let jobs = options.runs.jobs.unwrap_or_else(processors);
     let clock = Instant::now();
     let result = watched(common, BarKind::Parts, &stop, |bar| {
-        calibrate::calibrate(&study, jobs, bar)
+        let run = CalibrationRun::new(&study, &path).overwrite(overwrite(options.force));
+        run.workers(jobs).watch(bar).start()
     });
     let wall_time = clock.elapsed().as_secs_f64();
-    let calibration = match result {
-        Err(CalibrationError::NothingRun) => {
+    let (file, calibration) = match result {
+        Err(error) if error.is_interrupted() => {
             return interrupted(common, " before the first run was done; nothing is saved");
         }
-        other => other.map_err(Error::computation)?,
+        result => result?,
     };
-    let file = write_file(&study, &calibration, place).map_err(Error::computation)?;
     if let Some(case) = &case {
         write_case(case, &study, &calibration)?;
     }
@@ -222,7 +204,7 @@ fn write_case(output: &Output, study: &CalibrationStudy, calibration: &Calibrati
     let mut text = format!(
         "# Calibrated by stickslip {} from {}; free parameters:\n",
         env!("CARGO_PKG_VERSION"),
-        study.runs.source.label()
+        study.runs.head.source.label()
     );
     for (axis, value) in study.runs.axes.iter().zip(&calibration.parameters) {
         text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));
@@ -233,27 +215,26 @@ fn write_case(output: &Output, study: &CalibrationStudy, calibration: &Calibrati
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, Error> {
     let study = PrecisionStudy::parse(StudySource::find(&options.study, work_precision::STUDIES)?)?;
-    let path = file_of(options.output.as_ref(), &study.source, None);
+    let path = file_of(options.output.as_ref(), &study.head.source, None);
     // Everything is checked before minutes of computation.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
     let names = signature::source(std::slice::from_ref(&path));
     let figures = options.figure.as_deref();
-    let figures = figures.map(|folder| figure_outputs(folder, options.force, &study.files, &names));
+    let figures = figures.map(|folder| figure_outputs(folder, options.force, &study.head.files, &names));
     let figures = figures.transpose()?.unwrap_or_default();
-    let started = provenance::now();
-    let result = watched(common, BarKind::Parts, &stop, |bar| work_precision::run(&study, bar));
-    let result = result.map_err(|error| match error {
-        StudyError::Truth(_) => Error::input(error),
-        _ => Error::computation(error),
-    })?;
-    let Some(result) = result else {
-        return interrupted(common, " before there was a reference; nothing is saved");
+    let result = watched(common, BarKind::Parts, &stop, |bar| {
+        let run = PrecisionRun::new(&study, &path).overwrite(overwrite(options.force));
+        run.watch(bar).start()
+    });
+    let (file, result) = match result {
+        Err(error) if error.is_interrupted() => {
+            return interrupted(common, " before there was a reference; nothing is saved");
+        }
+        result => result?,
     };
-    let file = result.write(&study, &started, &place).map_err(Error::computation)?;
     let mut drawn = Vec::new();
     if !result.measurements.is_empty() {
-        let figure = figure::figure(&study.title, &result);
+        let figure = figure::figure(&study.head.title, &result);
         for output in &figures {
             plot::draw(&figure, output, &names)?;
             drawn.push(output.0.path().display().to_string());

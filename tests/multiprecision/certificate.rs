@@ -1,7 +1,7 @@
 //! Certified uncertainties against true errors, by the oracle.
 
-use crate::common::cases::{certified as with_oracle, recorded};
-use crate::common::random_brakes::{difference, exact_events, how_many, random_brake};
+use crate::common::cases::{certified as with_oracle, difference, exact_events, median, recorded};
+use crate::common::random_brakes::{how_many, random_brake};
 use num_rational::BigRational;
 use num_traits::Signed as _;
 use stickslip::analysis::Certify;
@@ -56,17 +56,12 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], digits: u32) -
     ratios
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 #[test]
 #[ignore = "takes half a minute"]
 fn multiprecision_certified_uncertainties_cover_the_errors_of_the_papers_brake() {
     for name in ["paper", "paper-si"] {
         let ratios = check(name, &CaseSource::built_in(name).unwrap(), &[], 33);
-        let middle = median(ratios.clone());
+        let middle = median(&ratios);
         println!("{name}: {} events, median {middle:.1}", ratios.len());
         assert!(ratios.len() > 90);
         // The promise of the documentation: uncertainties are useful, not only safe.
@@ -81,7 +76,7 @@ fn multiprecision_certified_uncertainties_cover_what_arkode_and_erk_share() {
     let source = CaseSource::built_in("release").unwrap();
     let rtol = Override::parse("solver.rtol=1e-12").unwrap();
     let ratios = check("release", &source, &[rtol], 33);
-    let middle = median(ratios.clone());
+    let middle = median(&ratios);
     println!("{} events, median {middle:.1}", ratios.len());
     assert!(ratios.len() > 130 && middle < 100.0);
 }
@@ -110,11 +105,7 @@ fn multiprecision_certified_uncertainties_cover_the_errors_without_damping() {
         let (_, _, certificate) = certified(&source, &overrides);
         assert!(certificate.left_out.is_some(), "{method}");
         let ratios = check(method, &source, &overrides, 33);
-        println!(
-            "{method}: {} events, median {:.1}",
-            ratios.len(),
-            median(ratios.clone())
-        );
+        println!("{method}: {} events, median {:.1}", ratios.len(), median(&ratios));
         assert!(ratios.len() > 100, "{method}");
     }
 }
@@ -142,7 +133,7 @@ fn random_sets(indices: impl Iterator<Item = u64>) {
         ratios.extend(check(&name, &source, &overrides, 33));
     }
     let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-    let middle = median(ratios.clone());
+    let middle = median(&ratios);
     println!(
         "{} events: uncertainty over error {least:.1} at least, {middle:.1} at the median",
         ratios.len()

@@ -2,8 +2,7 @@
 
 use crate::common::cases::{parsed, recorded, truth};
 use num_rational::BigRational;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rayon::prelude::*;
 use stickslip::analysis::linearised::{Linearised, linearise};
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::nearest_double;
@@ -123,7 +122,7 @@ fn linearised(name: &str, settings: &[&str]) -> (CaseSource, Vec<Override>, Line
     (source, changes, linearised)
 }
 
-/// Compares the derivatives of a case by the `wanted` parameters (index and path) with the oracle, on two threads.
+/// Compares the derivatives of a case by the `wanted` parameters (index and path) with the oracle.
 fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     let (source, changes, linearised) = linearised(name, settings);
     let parameters = linearised.parameters.iter().enumerate();
@@ -134,20 +133,16 @@ fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     let (path, value) = (&linearised.parameters[0].path, linearised.parameters[0].value);
     let unmoved = exact(&source, &changes, (path, value)).unwrap();
     assert!(unmoved.iter().map(|event| event.0).eq(kinds.iter().copied()), "{name}");
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                while let Some(&index) = numbers.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let number = &linearised.parameters[index];
-                    let slopes = differences((&source, &changes), &kinds, &number.path, number.value);
-                    found.lock().unwrap().push((index, slopes));
-                }
-            });
-        }
-    });
+    let slopes = |&index: &usize| {
+        let number = &linearised.parameters[index];
+        (
+            index,
+            differences((&source, &changes), &kinds, &number.path, number.value),
+        )
+    };
+    let found: Vec<_> = numbers.par_iter().map(slopes).collect();
     let (mut compared, mut worst, mut failures) = (0, 0.0f64, Vec::new());
-    for (index, truths) in found.into_inner().unwrap() {
+    for (index, truths) in found {
         let number = &linearised.parameters[index];
         let unit = if number.value == 0.0 { 1.0 } else { number.value.abs() };
         let Some(truths) = truths else {

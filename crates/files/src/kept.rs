@@ -25,7 +25,11 @@ impl From<TableSchema> for KeptTable {
     fn from(schema: TableSchema) -> Self {
         KeptTable {
             group: schema.group,
-            columns: schema.variables.into_iter().map(FileColumn::empty).collect(),
+            columns: schema
+                .variables
+                .into_iter()
+                .map(|variable| FileColumn::new(variable, []))
+                .collect(),
         }
     }
 }
