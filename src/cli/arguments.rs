@@ -140,7 +140,7 @@ pub(super) enum Command {
 }
 
 impl Command {
-    /// What it writes, with the option that names it; of `export` only where that is a folder.
+    /// The files that the command writes, each with its option; of `export` the folder alone.
     pub fn files(&self) -> Vec<(&'static str, &Path)> {
         let all: &[(&'static str, Option<&PathBuf>)] = match self {
             Command::Run(o) => &[("-o", o.output.as_ref())],

@@ -6,7 +6,7 @@ use super::plot::{self, FigureOutput, figure_output};
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, complain, interrupted, strictly, tell};
 use crate::Error;
-use crate::plot::onset;
+use crate::plot::accuracy;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,8 +36,8 @@ fn oracle_decides(case: &Case) -> bool {
 pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<CommandEnd, Error> {
     let clock = Instant::now();
     let path = Path::new(&options.case);
-    if path.is_file() && super::certify_cycle::is_one(path) {
-        return super::certify_cycle::certify(path, options, common);
+    if path.is_file() && super::cycle::is_cycle(path) {
+        return super::cycle::certify(path, options, common);
     }
     let of_oracle = *oracle::DIGITS.end();
     let (most, remedy) = match options.oracle {
@@ -181,7 +181,7 @@ fn draw(case: &Case, target: &FigureOutput, stop: &(dyn Fn() -> bool + Sync)) ->
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };
-    plot::draw(&onset::figure(&case.title, &onsets), target, "")?;
+    plot::draw(&accuracy::onset_figure(&case.title, &onsets), target, "")?;
     Ok(Some(onsets))
 }
 

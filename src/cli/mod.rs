@@ -3,9 +3,9 @@
 //! | module | contents |
 //! |---|---|
 //! | `arguments` | options |
-//! | `run`, `certify`, `certify_cycle`, `compare`, `cycle`, `modes` | commands that compute or assess a result |
+//! | `run`, `certify`, `compare`, `cycle`, `modes` | commands that compute or assess a result |
 //! | `studies` | `sweep`, `calibrate`, `continue`, `work-precision` |
-//! | `plot`, `plot_studies`, `export`, `files`, `case` | commands that read files: figures, tables, `inspect`, `check`, `merge`, built-in cases |
+//! | `plot`, `export`, `files`, `case` | commands that read files: figures, tables, `inspect`, `check`, `merge`, built-in cases |
 //! | `completions` | completions and manual pages |
 //! | `input`, `progress` | common parts of commands; what they say is in `report` |
 //! | `capture` | a command inside another program |
@@ -14,7 +14,6 @@ mod arguments;
 mod capture;
 mod case;
 mod certify;
-mod certify_cycle;
 mod compare;
 mod completions;
 mod cycle;
@@ -23,7 +22,6 @@ mod files;
 mod input;
 mod modes;
 mod plot;
-mod plot_studies;
 mod progress;
 mod run;
 mod studies;

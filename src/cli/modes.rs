@@ -34,7 +34,11 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEn
         return Ok(CommandEnd::Done);
     };
     if let Some(target) = &target {
-        draw(&crate::plot::modes::figure(title, case.motion(), slowing), target, "")?;
+        draw(
+            &crate::plot::law::modes_figure(title, case.motion(), slowing),
+            target,
+            "",
+        )?;
     }
     if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {
         complain(&format!(

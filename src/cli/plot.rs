@@ -2,7 +2,6 @@
 
 use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
 use super::input::{columns, open_reference};
-use super::plot_studies::{self, Chosen, NotDrawn, StudyKind};
 use super::{CommandEnd, complain, show, tell};
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, Product};
@@ -10,16 +9,19 @@ use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::DrawnCandidate;
 use crate::plot::entry::{CatalogueEntry, Subject};
+use crate::plot::studies::{Choice, StudyColumn};
 use crate::plot::{
-    self, Drawing, DrawnRun, Figure, Layout, certified, own, page, portraits, signature, studies, style, work_precision,
+    self, Drawing, DrawnRun, Figure, Layout, accuracy, certified, own, page, portraits, signature, studies, style,
 };
 use crate::report::{DistributionSummary, Page, PageTable, Report, distribution};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::analysis::advice::capitalised;
+use stickslip_analysis::analysis::distribution::Distribution;
+use stickslip_analysis::continuation::Stored;
 use stickslip_case::Motion;
 use stickslip_compare::Mapping;
-use stickslip_files::{ResultFile, Status};
+use stickslip_files::{Reason, ResultFile, Status, StudyFile, check_sound};
 
 const FIGURE: Product = Product::Figure("-o");
 
@@ -34,14 +36,10 @@ struct WrittenFigure {
 #[derive(Serialize)]
 struct PlotReport<'a> {
     files: Vec<WrittenFigure>,
-    not_drawn: &'a [NotDrawn],
-    /// Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sampling: Option<&'a str>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    distributions: Vec<DistributionSummary<'a>>,
+    #[serde(flatten)]
+    chosen: &'a Chosen,
     #[serde(skip)]
-    of: (&'a Chosen, &'a [PathBuf]),
+    inputs: &'a [PathBuf],
 }
 
 #[derive(Serialize)]
@@ -82,12 +80,124 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd,
 fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<CommandEnd, Error> {
     let report = PlotReport {
         files: write(options, &chosen.figures, inputs)?,
-        not_drawn: &chosen.not_drawn,
-        sampling: chosen.sampling.as_deref(),
-        distributions: chosen.distributions.iter().map(DistributionSummary::new).collect(),
-        of: (chosen, &options.files),
+        chosen,
+        inputs: &options.files,
     };
     tell(common, &report)
+}
+
+enum StudyKind {
+    Run,
+    Sweep(Box<StudyFile>),
+    WorkPrecision,
+    Branches,
+}
+
+#[derive(Default, Serialize)]
+struct Chosen {
+    #[serde(skip)]
+    figures: Vec<Figure>,
+    not_drawn: Vec<NotDrawn>,
+    /// Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampling: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "summaries")]
+    distributions: Vec<(StudyColumn, Distribution)>,
+}
+
+fn summaries<S: Serializer>(all: &[(StudyColumn, Distribution)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(all.iter().map(DistributionSummary::new))
+}
+
+impl Chosen {
+    fn of(figures: Vec<Figure>) -> Chosen {
+        Chosen {
+            figures,
+            ..Chosen::default()
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct NotDrawn {
+    figure: &'static str,
+    why: String,
+}
+
+fn kind(path: &Path) -> Result<StudyKind, Error> {
+    let kind = match StudyFile::open_sweep(path) {
+        Ok(file) => StudyKind::Sweep(Box::new(file)),
+        Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
+        Err(_) if StudyFile::is_work_precision(path) => StudyKind::WorkPrecision,
+        Err(_) if Stored::is_one(path) => StudyKind::Branches,
+        // The command that draws the file will report the error.
+        Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),
+        Err(_) => StudyKind::Run,
+    };
+    check_sound(path)?;
+    Ok(kind)
+}
+
+fn choice(options: &PlotOptions) -> Result<Choice, Error> {
+    let place = |text: &String| match text.split_once('=') {
+        Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
+        None => Err(Error::input(format!(
+            "--at {text}: expected AXIS=VALUE, such as torsion.damping=22"
+        ))),
+    };
+    Ok(Choice {
+        quantities: options.quantities.clone(),
+        axes: <[String; 2]>::try_from(options.axes.clone()).ok(),
+        at: options.at.iter().map(place).collect::<Result<_, _>>()?,
+    })
+}
+
+fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Result<Chosen, Error> {
+    let figures = named(studies::figures(file, choice)?, only, file.path())?;
+    let mut chosen = Chosen::of(figures);
+    chosen.distributions = studies::distributions(file, choice)?;
+    Ok(chosen)
+}
+
+/// The figures of a continuation with the requested quantities or names, or the most important ones.
+fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, Error> {
+    let file = Branches::read(path)?;
+    let figures = match (quantities, only) {
+        ([], [_, ..]) => file.all()?,
+        _ => file.figures(quantities)?,
+    };
+    Ok(Chosen::of(named(figures, only, path)?))
+}
+
+fn all_of_branches(path: &Path) -> Result<Chosen, Error> {
+    Ok(Chosen::of(Branches::read(path)?.all()?))
+}
+
+fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<Figure>, Error> {
+    if only.is_empty() {
+        return Ok(figures);
+    }
+    let known: Vec<String> = figures.iter().map(|figure| figure.name.clone()).collect();
+    figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
+    match figures.is_empty() {
+        true => Err(Error::of_file(
+            path,
+            format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
+        )),
+        false => Ok(figures),
+    }
+}
+
+fn is_named(figure: &Figure, name: &str) -> bool {
+    let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
+    let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);
+    let entry = entries.any(|entry| entry.name == name);
+    let number = figure.paper_figure.map(|number| number.to_string());
+    figure.name == name || entry && of_kind || number.as_deref() == Some(name)
+}
+
+fn of_work_precision(path: &Path) -> Result<Chosen, Error> {
+    Ok(Chosen::of(vec![accuracy::of_file(path)?]))
 }
 
 fn one_kind(runs: &[DrawnRun]) -> Result<(), Error> {
@@ -114,9 +224,9 @@ const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`,
 
 /// The figures of a file with many runs; `None` for a file with a single run.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, Error> {
-    let choice = plot_studies::choice(options).map_err(Error::input)?;
+    let choice = choice(options)?;
     for path in &options.files {
-        let kind = plot_studies::kind(path)?;
+        let kind = kind(path)?;
         if matches!(kind, StudyKind::Run) {
             continue;
         }
@@ -137,20 +247,16 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, Error> {
             );
         }
         return match &kind {
-            StudyKind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
+            StudyKind::Sweep(file) => Ok(Some(of_sweep(file, &choice, &options.only)?)),
             StudyKind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
                 "branches, whose points lie on curves over one parameter; leave out --axes and --at, and choose with --quantity",
             ),
-            StudyKind::Branches => Ok(Some(plot_studies::of_branches(
-                path,
-                &choice.quantities,
-                &options.only,
-            )?)),
+            StudyKind::Branches => Ok(Some(of_branches(path, &choice.quantities, &options.only)?)),
             _ if !choice.is_empty() => refused(
                 "a work-precision study, of which one figure is drawn; leave out --quantity, \
                                                 --axes and --at",
             ),
-            _ => Ok(Some(plot_studies::of_work_precision(path)?)),
+            _ => Ok(Some(of_work_precision(path)?)),
         };
     }
     if choice.is_empty() {
@@ -215,7 +321,7 @@ fn no_run(mut error: Error) -> Error {
 
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEnd, Error> {
     for file in &options.files {
-        let why = match plot_studies::kind(file)? {
+        let why = match kind(file)? {
             StudyKind::Run if options.quantities.is_empty() => continue,
             StudyKind::Run => {
                 "--quantity is for the page of a sweep or continuation; leave it out, the page of a run has all channels"
@@ -326,13 +432,13 @@ fn all_listed() -> Vec<ListedFigure> {
         .chain(&branches::ENTRIES)
         .map(|e| listed(e.name, e.title, e.paper_figure, e.of));
     let title = "Error against work, by method";
-    let last = listed(work_precision::NAME, title, None, "work-precision study");
+    let last = listed(accuracy::WORK_PRECISION, title, None, "work-precision study");
     of_runs.chain(of_studies).chain([last]).collect()
 }
 
 fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, Error> {
-    let choice = plot_studies::choice(options).map_err(Error::input)?;
-    let (drawn, of) = match plot_studies::kind(path)? {
+    let choice = choice(options)?;
+    let (drawn, of) = match kind(path)? {
         StudyKind::Run => {
             let run = DrawnRun::open(path).map_err(no_run)?;
             let of = if run.stops() { "run" } else { "run of trains" };
@@ -340,9 +446,9 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, Er
             let entries = entries.map(|e| listed(e.name, &in_words_of(&run, e.title), e.paper_figure, of));
             return Ok(entries.collect());
         }
-        StudyKind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
-        StudyKind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
-        StudyKind::Branches => (plot_studies::all_of_branches(path)?, "continuation"),
+        StudyKind::Sweep(file) => (of_sweep(&file, &choice, &[])?, "sweep"),
+        StudyKind::WorkPrecision => (of_work_precision(path)?, "work-precision study"),
+        StudyKind::Branches => (all_of_branches(path)?, "continuation"),
     };
     let figures = drawn.figures.iter();
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
@@ -587,7 +693,7 @@ fn save(output: &Output, drawing: &Drawing, format: FigureFormat, dpi: f64) -> R
 
 impl Report for PlotReport<'_> {
     fn page(&self) -> Page {
-        let (chosen, inputs) = self.of;
+        let (chosen, inputs) = (self.chosen, self.inputs);
         let files = self.files.iter().map(|written| written.file.clone());
         let missing = chosen
             .not_drawn

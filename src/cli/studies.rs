@@ -7,7 +7,7 @@ use super::progress::{BarKind, watched};
 use super::{CommandEnd, capture, interrupted, strictly, tell};
 use crate::Error;
 use crate::output::{Output, Product};
-use crate::plot::{signature, work_precision as figure};
+use crate::plot::{accuracy, signature};
 use crate::report::{BranchesReport, CalibrationReport, PrecisionReport, SweepSummary};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -234,7 +234,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     };
     let mut drawn = Vec::new();
     if !result.measurements.is_empty() {
-        let figure = figure::figure(&study.head.title, &result);
+        let figure = accuracy::work_precision_figure(&study.head.title, &result);
         for output in &figures {
             plot::draw(&figure, output, &names)?;
             drawn.push(output.0.path().display().to_string());
@@ -257,7 +257,7 @@ fn figure_outputs(folder: &Path, force: bool, inputs: &[PathBuf], source: &str) 
         ))
     })?;
     let output = |format: FigureFormat| {
-        let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
+        let path = folder.join(format!("{}.{}", accuracy::WORK_PRECISION, format.extension()));
         let output = Output::new(&path, plot::OF_COMMAND, inputs, force)?;
         if !force {
             output.spare(source)?;
