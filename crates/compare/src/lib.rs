@@ -92,7 +92,7 @@ pub use trajectory::Trajectory;
 pub use vocabulary::{Channel, Vocabulary};
 
 use benchmark::BenchmarkProblem;
-use causes::creep::{Creep, CreepPass};
+use causes::smooth::{Creep, CreepPass};
 use causes::{Causes, EXPLAINED, JumpPass, ObservationPass, Passes, Shown, clock};
 use comparison::channel_errors;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, HysteresisPass};
