@@ -18,7 +18,7 @@ mod region {
 }
 
 mod contour {
-    use stickslip::sweep::contour::contours;
+    use stickslip::sweep::lattice::contours;
 
     /// A bilinear function is reproduced on the edges: on every contour x + 2 y equals the level.
     #[test]

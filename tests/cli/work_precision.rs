@@ -205,6 +205,6 @@ fn cli_the_built_in_study_is_found_by_name() {
     folder.refused("work-precision work", &["there is work-precision"]);
     let text = STUDIES[0].text;
     let study = PrecisionStudy::parse(StudySource::find("work-precision", STUDIES).unwrap()).unwrap();
-    let found = (study.source.text.as_str(), study.source.name.as_str());
+    let found = (study.head.source.text.as_str(), study.head.source.name.as_str());
     assert_eq!(found, (text, "work-precision"));
 }

@@ -65,7 +65,7 @@ fn multiprecision_a_study_measures_the_errors() {
     let truth = truth("si-kick");
     let measure = |reference: &str| {
         let study = study(&format!("{SERIES}{reference}"));
-        work_precision::run(&study, &()).unwrap().unwrap()
+        work_precision::run(&study, &()).unwrap()
     };
     let by_truth = measure("[reference]\ntruth = \"data/truth/si-kick.json\"\n");
     let by_runs = measure("");

@@ -32,7 +32,7 @@ axis = [
 }
 
 fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
-    let study = study_with(&study.source.text, settings);
+    let study = study_with(&study.head.source.text, settings);
     let points = (0..study.point_count().unwrap()).filter_map(|number| study.point(number));
     let mut found = BTreeMap::new();
     let keep = |group: Vec<PointOutcome>| {
@@ -41,7 +41,7 @@ fn values(study: &Study, settings: &[&str]) -> BTreeMap<u64, Values> {
                 .into_iter()
                 .map(|outcome| (outcome.number, outcome.result.unwrap())),
         );
-        Ok::<(), ()>(())
+        Ok(())
     };
     run_points(&study, points, 2, &(), &without_a_file, keep).unwrap();
     found

@@ -7,7 +7,7 @@
 //! | `attractor`, `section`, `smooth`, `forcing` | periodic motion: by events, by the forcing, or without both |
 //! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
 //! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method, and its repetition with finer settings |
-//! | `certification`, `certify_report`, `certificate_file` | certificate of a result and its sensitivities; as a document; as groups of a file |
+//! | `certification`, `certify_report` | certificate of a result and its sensitivities; as a document, and as groups of a file |
 //! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties; error bands |
 //! | `exact`, `truth` | events of the oracle, or of another code with more digits |
 //! | `advice` | remedies for a result with too few true digits |
@@ -20,7 +20,6 @@ pub mod advice;
 mod attractor;
 pub mod bands;
 pub mod certificate;
-mod certificate_file;
 pub mod certification;
 mod certify_report;
 mod deadline;

@@ -1,10 +1,9 @@
 //! Steps of a calibration: sample, local searches, setting targets aside, exploration of the region.
 
-use super::evaluate::{Evaluation, Halted, TargetEvaluator};
-use super::local::{apart, least, least_worst};
+use super::local::{Evaluation, TargetEvaluator, apart, least, least_worst};
 use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
-use super::study::CalibrationStudy;
-use super::target::{Role, TargetResult};
+use super::study::{CalibrationStudy, Role, TargetResult};
+use crate::error::{Error, ErrorKind};
 use crate::sweep::sobol;
 use stickslip_system::watch::Watch;
 
@@ -44,17 +43,6 @@ pub struct Compromise {
     pub residuals: Vec<f64>,
 }
 
-/// Error of a calibration.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    /// No parameters were found; reason and remedy.
-    #[error("{0}")]
-    Failed(String),
-    /// The calibration was interrupted before a first run.
-    #[error("interrupted before the first run was done")]
-    NothingRun,
-}
-
 /// Number of local searches for each of many side questions.
 const FEWER: usize = 4;
 
@@ -74,7 +62,7 @@ struct Calibrating<'a> {
 ///
 /// # Errors
 /// All runs fail, no target can be met in the ranges, or the calibration was interrupted before the first run.
-pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) -> Result<Calibration, CalibrationError> {
+pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) -> Result<Calibration, Error> {
     let mut state = Calibrating {
         evaluator: TargetEvaluator { study, workers, watch },
         pool: Vec::new(),
@@ -90,8 +78,8 @@ pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) ->
     let failures = state.pool.iter().filter_map(|point| point.result.as_ref().err());
     let failed = failures.clone().count();
     if failed == state.pool.len() {
-        let first = failures.clone().next().ok_or(CalibrationError::NothingRun)?;
-        return Err(CalibrationError::Failed(format!(
+        let first = failures.clone().next().ok_or_else(nothing_run)?;
+        return Err(Error::computation(format!(
             "all {failed} runs failed, the first with: {first}. Change the ranges of the free parameters"
         )));
     }
@@ -99,15 +87,15 @@ pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) ->
     if answer.held.is_empty() {
         let near = fitted.iter().copied();
         let near = near.min_by(|&a, &b| nearest(a).abs().total_cmp(&nearest(b).abs()));
-        let near = near.ok_or(CalibrationError::NothingRun)?;
-        return Err(CalibrationError::Failed(format!(
+        let near = near.ok_or_else(nothing_run)?;
+        return Err(Error::computation(format!(
             "no target holds anywhere in the ranges of the free parameters; the nearest is {}, {:.1} half-widths off. Widen the \
              ranges, or free other parameters",
             study.targets[near].name(),
             nearest(near)
         )));
     }
-    let best = least(&state.pool, &answer.held).ok_or(CalibrationError::NothingRun)?;
+    let best = least(&state.pool, &answer.held).ok_or_else(nothing_run)?;
     let mut reachable = fitted.clone();
     reachable.retain(|k| !answer.out_of_reach.contains(k));
     let worst = |members: &[usize]| least(&state.pool, members).map_or(f64::INFINITY, |point| point.worst(members));
@@ -157,6 +145,10 @@ pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) ->
     })
 }
 
+fn nothing_run() -> Error {
+    Error::new(ErrorKind::Interrupted, "interrupted before the first run was done")
+}
+
 #[derive(Default)]
 struct Answer {
     held: Vec<usize>,
@@ -174,7 +166,7 @@ impl Answer {
 }
 
 impl Calibrating<'_> {
-    fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Halted> {
+    fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Error> {
         let search = self.evaluator.study.search;
         self.sample(search.points)?;
         if self.pool.iter().all(|point| point.result.is_err()) {
@@ -225,7 +217,7 @@ impl Calibrating<'_> {
     }
 
     /// Index of a target that was set aside but is met in the region of the held ones. The last ones are tried first.
-    fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Halted> {
+    fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Error> {
         let starts = self.evaluator.study.search.starts;
         let near = self.extent(&answer.held) * NEAR;
         for place in (0..answer.contradicting.len()).rev() {
@@ -251,7 +243,7 @@ impl Calibrating<'_> {
         })
     }
 
-    fn explore(&mut self, members: &[usize]) -> Result<Vec<Vec<f64>>, Halted> {
+    fn explore(&mut self, members: &[usize]) -> Result<Vec<Vec<f64>>, Error> {
         let Some(optimum) = least(&self.pool, members).cloned() else {
             return Ok(Vec::new());
         };
@@ -267,7 +259,7 @@ impl Calibrating<'_> {
         least(&self.pool, members).map_or(f64::INFINITY, |point| point.worst(members))
     }
 
-    fn sample(&mut self, count: usize) -> Result<(), Halted> {
+    fn sample(&mut self, count: usize) -> Result<(), Error> {
         let (axes, seed) = (self.evaluator.study.runs.axes.len(), self.evaluator.study.search.seed);
         let points = sobol(axes, count, seed);
         let Calibrating { evaluator, pool } = self;
@@ -285,7 +277,7 @@ impl Calibrating<'_> {
         rounds: u32,
         spacing: f64,
         stage: &str,
-    ) -> Result<(), Halted> {
+    ) -> Result<(), Error> {
         let starts = apart(&self.pool, members, starts, spacing);
         let Calibrating { evaluator, pool } = self;
         let search = |start: &Evaluation| least_worst(evaluator, start, members, spacing, rounds);
@@ -293,7 +285,7 @@ impl Calibrating<'_> {
     }
 
     /// Target to set aside: among those of least weight, the one without which the others come nearest to being met.
-    fn least_missed(&mut self, members: &[usize]) -> Result<usize, Halted> {
+    fn least_missed(&mut self, members: &[usize]) -> Result<usize, Error> {
         let rest = |without: usize| -> Vec<usize> {
             let others = members.iter().enumerate().filter(|(place, _)| *place != without);
             others.map(|(_, &k)| k).collect()

@@ -1,53 +1,67 @@
-//! Special points of a branch: turning points, changes of stability, changes of the sequence of events.
+//! Points of a branch, and special points: turning points, changes of stability, changes of the sequence of events.
 
-use super::manifold::{Measured, What};
-use crate::cycle::Border;
+use super::manifold::Measured;
+use crate::cycle::{Border, Local, NewtonSolution, What};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Kind of a special point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "each kind is described by its words")]
 pub enum Special {
-    /// A pair of eigenvalues of steady sliding crosses the imaginary axis: cycles are born.
     Hopf,
-    /// The branch turns back.
     Fold,
-    /// A multiplier is -1: cycles of twice the period are born.
     Flip,
-    /// A pair of multipliers crosses the unit circle: motion on a torus is born.
     Torus,
-    /// Two branches cross.
     BranchPoint,
     /// The sequence of events changes.
     Border(Border),
 }
 
+/// Kinds without a change of events, with names in studies, files and figures, and words.
+const SMOOTH: [(Special, &str, &str); 5] = [
+    (
+        Special::Hopf,
+        "hopf",
+        "Hopf: steady sliding changes its stability, cycles are born",
+    ),
+    (Special::Fold, "fold", "fold: the branch turns back"),
+    (Special::Flip, "flip", "flip: a cycle of twice the period is born"),
+    (Special::Torus, "torus", "torus: motion with a second frequency is born"),
+    (
+        Special::BranchPoint,
+        "branch-point",
+        "branch point: another branch crosses",
+    ),
+];
+
 impl Special {
     /// All kinds, in the order of their codes in files.
-    pub const ALL: [Special; 13] = [
-        Special::Hopf,
-        Special::Fold,
-        Special::Flip,
-        Special::Torus,
-        Special::BranchPoint,
-        Special::Border(Border::Touch),
-        Special::Border(Border::Breakaway),
-        Special::Border(Border::Landing),
-        Special::Border(Border::Reversal),
-        Special::Border(Border::Opening),
-        Special::Border(Border::Closing),
-        Special::Border(Border::Slip),
-        Special::Border(Border::Separation),
-    ];
+    pub const ALL: [Special; 13] = {
+        let mut all = [Special::Hopf; 13];
+        let mut code = 0;
+        while code < all.len() {
+            all[code] = match code < SMOOTH.len() {
+                true => SMOOTH[code].0,
+                false => Special::Border(Border::ALL[code - SMOOTH.len()]),
+            };
+            code += 1;
+        }
+        all
+    };
 
     /// Name in studies, files and figures.
     pub fn name(self) -> &'static str {
         match self {
-            Special::Hopf => "hopf",
-            Special::Fold => "fold",
-            Special::Flip => "flip",
-            Special::Torus => "torus",
-            Special::BranchPoint => "branch-point",
             Special::Border(border) => border.name(),
+            smooth => SMOOTH[smooth.code() as usize].1,
+        }
+    }
+
+    /// Description in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Special::Border(border) => border.words(),
+            smooth => SMOOTH[smooth.code() as usize].2,
         }
     }
 
@@ -60,18 +74,6 @@ impl Special {
     pub fn code(self) -> i8 {
         Special::ALL.iter().position(|special| *special == self).unwrap_or(0) as i8
     }
-
-    /// Description in words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Special::Hopf => "Hopf: steady sliding changes its stability, cycles are born",
-            Special::Fold => "fold: the branch turns back",
-            Special::Flip => "flip: a cycle of twice the period is born",
-            Special::Torus => "torus: motion with a second frequency is born",
-            Special::BranchPoint => "branch point: another branch crosses",
-            Special::Border(border) => border.words(),
-        }
-    }
 }
 
 /// Test functions of special points between two points of a branch with the same sequence of events.
@@ -83,10 +85,8 @@ pub(crate) fn tests(what: What, measured: &Measured, direction: &DVector<f64>, j
             for one in spectrum.iter().filter(|one| one.im == 0.0) {
                 product *= (one.re + 1.0) / (1.0 + one.re.abs());
             }
-            (
-                product,
-                spectrum.iter().filter(|one| one.im != 0.0 && one.norm() > 1.0).count(),
-            )
+            let growing = spectrum.iter().filter(|one| one.im != 0.0 && one.norm() > 1.0);
+            (product, growing.count())
         }
         What::Steady(_) => (1.0, spectrum.iter().filter(|one| one.im != 0.0 && one.re > 0.0).count()),
     };
@@ -128,23 +128,17 @@ impl Tests {
     }
 
     pub fn passed(&self, there: &Tests, what: What) -> Vec<Special> {
-        let mut found = Vec::new();
-        if self.fold * there.fold < 0.0 {
-            found.push(Special::Fold);
-        }
-        if self.flip * there.flip < 0.0 {
-            found.push(Special::Flip);
-        }
-        if self.crossing != there.crossing {
-            found.push(match what {
-                What::Cycles(_) => Special::Torus,
-                What::Steady(_) => Special::Hopf,
-            });
-        }
-        if self.branch * there.branch < 0.0 {
-            found.push(Special::BranchPoint);
-        }
-        found
+        let pair = match what {
+            What::Cycles(_) => Special::Torus,
+            What::Steady(_) => Special::Hopf,
+        };
+        let all = [
+            (Special::Fold, self.fold * there.fold < 0.0),
+            (Special::Flip, self.flip * there.flip < 0.0),
+            (pair, self.crossing != there.crossing),
+            (Special::BranchPoint, self.branch * there.branch < 0.0),
+        ];
+        all.into_iter().filter(|one| one.1).map(|one| one.0).collect()
     }
 
     /// Zero at the special point, with opposite signs on both sides.
@@ -157,7 +151,7 @@ impl Tests {
                 Special::Hopf => pair.re,
                 _ => pair.norm() - 1.0,
             }),
-            Special::Border(_) => measured.nearest.map_or(f64::NAN, |nearest| nearest.1),
+            Special::Border(_) => measured.orbit.nearest.map_or(f64::NAN, |nearest| nearest.distance),
         }
     }
 }
@@ -170,4 +164,26 @@ pub(crate) fn critical_pair(of: Special, spectrum: &[Complex<f64>]) -> Option<Co
     };
     let complex = spectrum.iter().filter(|one| one.im > 0.0);
     complex.min_by(|a, b| off(a).total_cmp(&off(b))).copied()
+}
+
+/// Point with the direction of the branch, in physical units.
+#[derive(Debug, Clone)]
+pub(crate) struct Station {
+    pub measured: Measured,
+    pub direction: DVector<f64>,
+    pub tests: Tests,
+}
+
+/// Solution on the plane across a direction, at a distance along this direction.
+pub(super) struct Trial {
+    pub solution: NewtonSolution,
+    pub station: Station,
+}
+
+pub(super) fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
+    direction.component_div(local.scale()).normalize()
+}
+
+pub(super) fn row(direction: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_row_slice(1, direction.len(), direction.as_slice())
 }

@@ -5,37 +5,34 @@
 //! along x. All points of a round run together, to occupy every thread. The next round depends only on the results, so
 //! points and their numbers are reproducible.
 
-use super::contour::contours;
+use super::axis::AxisRange;
 use super::criterion::BoundarySpec;
 use super::curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
-use super::error::SweepEnd;
-use super::fold;
-use super::lattice::{Edge, Lattice};
-use super::limit::linear_limit;
-use super::running::{Running, RunningPoints};
+use super::lattice::{Edge, Lattice, LatticeNode, contours};
+use super::runner::Running;
 use super::study::Study;
-use super::tracer::{BoundaryCrossing, Tracer, place_in_plane};
+use super::tracer::{BoundaryCrossing, Tracer, place_in_plane, refine_folds};
 use super::{PointOutcome, quantity_index};
 use crate::analysis::stability::growth::foreseen_exponent;
+use crate::analysis::stability::steady_stability;
+use crate::error::Error;
 use std::collections::{BTreeMap, BTreeSet};
 use stickslip_case::Setting;
+use stickslip_system::friction::Law;
+use stickslip_system::model::margin::twice_resistance;
+use stickslip_system::model::system::{Pressing, System};
 
 /// Largest number of nodes of the grid for contours of G, and its largest refinement of the first grid.
 const CONTOUR_NODES: usize = 4000;
 const FINER: usize = 4;
 
-pub(super) fn trace(
-    spec: &BoundarySpec,
-    running: &mut Running,
-    points: &mut RunningPoints,
-) -> Result<Boundaries, SweepEnd> {
+pub(super) fn trace(spec: &BoundarySpec, running: &mut Running) -> Result<Boundaries, Error> {
     let study = running.study;
     let Some(ranges) = spec.ranges(&study.axes) else {
         return Ok(Boundaries::default());
     };
     let mut tracer = Tracer {
         running,
-        asked: &mut points.asked,
         spec,
         ranges,
         planes: planes(study, spec),
@@ -44,16 +41,12 @@ pub(super) fn trace(
     let mut first = Vec::new();
     let mut failed = BTreeSet::new();
     loop {
-        let wanted: Vec<_> = lattices
-            .iter()
-            .enumerate()
-            .flat_map(|(plane, lattice)| lattice.unknown().into_iter().map(move |node| (plane, node)))
+        let unknown = lattices.iter().map(Lattice::unknown).enumerate();
+        let wanted: Vec<_> = unknown
+            .flat_map(|(plane, nodes)| nodes.into_iter().map(move |node| (plane, node)))
             .collect();
-        let shares: Vec<_> = wanted
-            .iter()
-            .map(|&(plane, node)| (plane, lattices[plane].share(node)))
-            .collect();
-        let outcomes = tracer.round(&shares)?;
+        let share = |&(plane, node): &(usize, LatticeNode)| (plane, lattices[plane].share(node));
+        let outcomes = tracer.round(&wanted.iter().map(share).collect::<Vec<_>>())?;
         for (&(plane, node), outcome) in wanted.iter().zip(&outcomes) {
             lattices[plane].set(node, spec.criterion.is_met(outcome));
             if outcome.result.is_err() {
@@ -71,15 +64,13 @@ pub(super) fn trace(
             break;
         }
     }
-    let lines: Vec<(usize, Vec<Edge>)> = lattices
-        .iter()
-        .enumerate()
-        .flat_map(|(plane, lattice)| lattice.lines().into_iter().map(move |line| (plane, line)))
+    let lines = lattices.iter().map(Lattice::lines).enumerate();
+    let lines: Vec<(usize, Vec<Edge>)> = lines
+        .flat_map(|(plane, lines)| lines.into_iter().map(move |line| (plane, line)))
         .collect();
     // Each edge is taken once: a closed line repeats its first edge.
-    let edges = lines
-        .iter()
-        .flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
+    let edges = lines.iter();
+    let edges = edges.flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
     let edges: Vec<(usize, Edge)> = edges.collect::<BTreeSet<_>>().into_iter().collect();
     let crossing = |&(plane, edge): &(usize, Edge)| {
         let lattice = &lattices[plane];
@@ -99,47 +90,37 @@ pub(super) fn trace(
         line.iter().map(|&edge| crossings[&(*plane, edge)].clone()).collect()
     };
     // A line ends where runs fail: there is no case beyond.
-    let mut traced: Vec<Vec<BoundaryCrossing>> = lines
-        .iter()
-        .map(of_line)
-        .flat_map(|line| {
-            let known = line
-                .split(|crossing| crossing.unknown)
-                .map(<[BoundaryCrossing]>::to_vec);
-            known.filter(|part| !part.is_empty()).collect::<Vec<_>>()
-        })
-        .collect();
+    let mut traced: Vec<Vec<BoundaryCrossing>> = Vec::new();
+    for line in lines.iter().map(of_line) {
+        let parts = line.split(|crossing| crossing.unknown);
+        traced.extend(parts.filter(|part| !part.is_empty()).map(<[BoundaryCrossing]>::to_vec));
+    }
     let cell = lattices[0].size.map(|cells| 1.0 / f64::from(cells));
-    fold::refine(&mut tracer, &mut traced, cell)?;
+    refine_folds(&mut tracer, &mut traced, cell)?;
     let place = |share: [f64; 2]| -> [f64; 2] { std::array::from_fn(|k| ranges[k].at(share[k])) };
-    let curves = traced.iter().map(|line| {
-        let points = line.iter().map(|crossing| BoundaryPoint {
-            met: place(crossing.met),
-            unmet: place(crossing.unmet),
-            branch: CurveBranch::Lower,
-        });
-        let mut points: Vec<BoundaryPoint> = points.collect();
+    let point = |crossing: &BoundaryCrossing| BoundaryPoint {
+        met: place(crossing.met),
+        unmet: place(crossing.unmet),
+        branch: CurveBranch::Lower,
+    };
+    let curve = |line: &Vec<BoundaryCrossing>| {
+        let (plane, mut points) = (line[0].plane, line.iter().map(point).collect::<Vec<_>>());
         name_branches(&mut points);
-        BoundaryCurve {
-            plane: line[0].plane,
-            points,
-        }
-    });
-    let curves = curves.collect();
+        BoundaryCurve { plane, points }
+    };
+    let curves = traced.iter().map(curve).collect();
     // Kicks and tolerances do not move the limit of steady sliding, so one line suffices.
     let outside = study.axes.iter().enumerate().filter(|(k, _)| !spec.plane.contains(k));
     let mut outside = outside.flat_map(|(_, axis)| &axis.keys);
     let one_for_all = outside.all(|key| key.starts_with("perturbation.") || key.starts_with("solver."));
     let limits = if one_for_all { 1 } else { tracer.planes.len() };
     let growth = growth_contours(&tracer, &first, limits);
-    let linear_limit = (0..limits)
-        .map(|plane| ContourLine {
-            plane,
-            level: 0.0,
-            points: linear_limit(study, spec, ranges, &tracer.planes[plane]),
-        })
-        .filter(|line| !line.points.is_empty())
-        .collect();
+    let limit = |plane: usize| ContourLine {
+        plane,
+        level: 0.0,
+        points: linear_limit(study, spec, ranges, &tracer.planes[plane]),
+    };
+    let linear_limit = (0..limits).map(limit).filter(|line| !line.points.is_empty()).collect();
     Ok(Boundaries {
         planes: tracer.planes,
         curves,
@@ -217,14 +198,11 @@ fn name_branches(points: &mut [BoundaryPoint]) {
     let closed = last > 1 && points[0] == points[last];
     if !closed && (top == 0 || top == last) {
         // The crossings along x tell the side on which the criterion is met.
-        let rising: i32 = points
-            .iter()
-            .map(|point| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]))
-            .sum();
-        let branch = if rising >= 0 {
-            CurveBranch::Lower
-        } else {
-            CurveBranch::Upper
+        let sense =
+            |point: &BoundaryPoint| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]);
+        let branch = match points.iter().map(sense).sum::<i32>() {
+            0.. => CurveBranch::Lower,
+            _ => CurveBranch::Upper,
         };
         points.iter_mut().for_each(|point| point.branch = branch);
         return;
@@ -249,4 +227,64 @@ fn name_branches(points: &mut [BoundaryPoint]) {
             (false, false) => CurveBranch::Upper,
         };
     }
+}
+
+const LIMIT_POINTS: usize = 61;
+
+/// Bisections of the range of x, down to the rounding of a double.
+const LIMIT_HALVINGS: usize = 50;
+
+/// Zeros of the margin of steady sliding at equally spaced values of y: every change of sign on the first grid, in
+/// order of x. For sliding that slows down by itself, the margin is its least value under the largest force.
+fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [AxisRange; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
+    let is_stable = |x: f64, y: f64| {
+        let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
+        let system = &case.system;
+        match twice_resistance(system) {
+            Some(resistance) => Some(least_margin(system, resistance) > 0.0),
+            None => steady_stability(system).map(|found| !found.is_unstable()),
+        }
+    };
+    let intervals = spec.nodes[0].max(2) - 1;
+    let mut points = Vec::new();
+    for k in 0..LIMIT_POINTS {
+        let y = k as f64 / (LIMIT_POINTS - 1) as f64;
+        let node = |interval: usize| interval as f64 / intervals as f64;
+        let mut before = is_stable(node(0), y);
+        for interval in 0..intervals {
+            let after = is_stable(node(interval + 1), y);
+            if let (Some(at_low), Some(at_high)) = (before, after)
+                && at_low != at_high
+                && let Some(x) = change(node(interval), node(interval + 1), |x| Some(is_stable(x, y)? == at_low))
+            {
+                points.push([ranges[0].at(x), ranges[1].at(y)]);
+            }
+            before = after;
+        }
+    }
+    points
+}
+
+/// End of a condition that holds at `low` but not at `high`; `None` if it is unknown in between.
+fn change(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
+    for _ in 0..LIMIT_HALVINGS {
+        let middle = 0.5 * (low + high);
+        match holds(middle)? {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// Least 2 (R + r F mu') over all speeds, N m s/rad, under the largest force F.
+fn least_margin(system: &System, twice_resistance: f64) -> f64 {
+    let force = match &system.pressing {
+        Pressing::Axial { actuation, .. } => actuation.pieces().largest(),
+        Pressing::Force(force) => force.largest(),
+    };
+    let (_, at_rest) = system.law.coefficient_and_slope(0.0);
+    let steepest = system.law.slope_bounds(0.0, f64::INFINITY).least;
+    let least = if steepest < 0.0 { at_rest.min(steepest) } else { at_rest };
+    twice_resistance + 2.0 * system.radius * force * least
 }

@@ -4,15 +4,14 @@
 //! outcomes come back as records of the journal, which stays in this process.
 
 use super::axis::ParameterAxis;
-use super::error::{SweepEnd, SweepError};
-use super::journal::JournalError;
-use super::outcome::PointOutcome;
-use super::record::{encode, outcomes_of};
+use super::journal::{PointOutcome, outcomes_of};
 use super::runner::{run_point, without_a_file};
-use super::study::{Design, Keep, Study, StudyPoint};
+use super::study::{Design, Study, StudyPoint};
+use crate::error::{Error, ErrorKind};
 use crate::provenance;
-use crate::study::StudySource;
+use crate::study::{StudyHead, StudySource};
 use serde::{Deserialize, Serialize};
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use stickslip_case::{CaseError, CaseSource, Origin, Override, Words};
@@ -42,30 +41,16 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(50);
 const GROUP: usize = 128;
 
-/// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion.
-pub(super) fn run_elsewhere(
-    study: &Study,
-    points: impl Iterator<Item = StudyPoint>,
-    executor: &mut dyn Executor,
-    watch: &dyn Watch,
-    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
-) -> Result<(), SweepEnd> {
-    let ended = run_tasks(study, points, executor, watch, deliver);
-    if ended.is_err() {
-        executor.cancel();
-    }
-    ended
-}
-
-fn run_tasks(
+/// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion. After an
+/// error, submitted tasks are left.
+pub(super) fn run_tasks(
     study: &Study,
     mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     watch: &dyn Watch,
-    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
-) -> Result<(), SweepEnd> {
-    let failed = |message: String| SweepEnd::Error(SweepError::Executor(message));
-    let study = text(&Portable::from(study))?;
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let study = text(&Portable::of(study))?;
     let started = Instant::now();
     let (mut tasks, mut done, mut seconds) = (0, 0, 0.0);
     loop {
@@ -90,7 +75,7 @@ fn run_tasks(
             tasks += 1;
         }
         if watch.stopped() {
-            return Err(SweepEnd::Interrupted);
+            return Err(Error::interrupted());
         }
         if tasks == 0 && failure.is_none() {
             return Ok(());
@@ -135,13 +120,13 @@ pub fn evaluate(study: &str, points: &str, watch: &dyn Watch) -> Result<Option<V
     if study.build != build() {
         return Err("a worker has another build of stickslip than the sweep; install the same one for both".to_owned());
     }
-    let study = Study::try_from(study).map_err(|error| error.to_string())?;
+    let study = study.study().map_err(|error| error.to_string())?;
     let started = Instant::now();
     let mut records = Vec::new();
     for point in &points {
-        let outcome = run_point(&study, point, &without_a_file, watch)?;
+        let outcome = run_point(&study, point, &without_a_file, watch).map_err(|error| error.to_string())?;
         let Some(outcome) = outcome else { return Ok(None) };
-        encode(&outcome, &mut records);
+        outcome.encode(&mut records);
     }
     let seconds = started.elapsed().as_secs_f64().to_le_bytes();
     Ok(Some([&seconds, &records[..]].concat()))
@@ -171,58 +156,49 @@ fn build() -> String {
     format!("{:?}", provenance::build())
 }
 
-impl From<&Study> for Portable {
-    fn from(study: &Study) -> Self {
+impl Portable {
+    fn of(study: &Study) -> Self {
         Portable {
             build: build(),
-            case: study.base.text.clone(),
-            of_a_result: matches!(study.base.origin, Origin::Result(_)),
-            settings: study.settings.iter().map(|setting| setting.argument()).collect(),
+            case: study.head.base.text.clone(),
+            of_a_result: matches!(study.head.base.origin, Origin::Result(_)),
+            settings: study.head.settings.iter().map(|setting| setting.argument()).collect(),
             axes: study.axes.iter().map(|axis| axis.keys.clone()).collect(),
             keep_events: study.keep.events,
             gives_tolerance: study.gives_tolerance,
         }
     }
-}
 
-impl TryFrom<Portable> for Study {
-    type Error = CaseError;
-
-    fn try_from(task: Portable) -> Result<Self, CaseError> {
-        let base = match task.of_a_result {
-            true => CaseSource::result(&PathBuf::new(), task.case),
-            false => CaseSource::text(&task.case),
+    fn study(self) -> Result<Study, CaseError> {
+        let base = match self.of_a_result {
+            true => CaseSource::result(&PathBuf::new(), self.case),
+            false => CaseSource::text(&self.case),
         };
-        let settings = task.settings.iter().map(|setting| Override::parse(setting));
+        let settings = self.settings.iter().map(|setting| Override::parse(setting));
         let settings = settings.collect::<Result<Vec<_>, _>>()?;
-        let axis = |keys| ParameterAxis {
-            keys,
-            name: String::new(),
-            unit: None,
-            description: "",
-            range: None,
-            levels: Vec::new(),
-        };
-        Ok(Study {
+        let head = StudyHead {
             title: String::new(),
             source: StudySource::text("", ""),
             words: Words::of(&base, &settings),
             base,
             settings,
-            axes: task.axes.into_iter().map(axis).collect(),
-            design: Design::Rows(Vec::new()),
-            keep: Keep {
-                events: task.keep_events,
-                trajectory: false,
-            },
-            show: Vec::new(),
             files: Vec::new(),
-            gives_tolerance: task.gives_tolerance,
-        })
+        };
+        let axes = self.axes.into_iter().map(|keys| ParameterAxis {
+            keys,
+            ..ParameterAxis::default()
+        });
+        let mut study = Study::new(head, axes.collect(), Design::Rows(Vec::new()));
+        (study.keep.events, study.gives_tolerance) = (self.keep_events, self.gives_tolerance);
+        Ok(study)
     }
 }
 
 /// JSON text, which keeps every double exactly.
-fn text(value: &impl Serialize) -> Result<String, SweepEnd> {
-    serde_json::to_string(value).map_err(|error| SweepEnd::Error(SweepError::Executor(error.to_string())))
+fn text(value: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(failed)
+}
+
+fn failed(message: impl Display) -> Error {
+    Error::new(ErrorKind::Executor, format!("the executor failed: {message}"))
 }

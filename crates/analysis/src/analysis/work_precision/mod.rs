@@ -4,7 +4,6 @@
 //! the largest error over all events. The last one requires the reference's sequence. The first two only require such
 //! a stick in both runs.
 
-mod file;
 mod study;
 
 pub use crate::study::StudySource;
@@ -14,25 +13,23 @@ use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
 use super::truth::Truth;
+use crate::error::Error;
+use crate::provenance;
+use crate::study::StudyRun;
 use serde::{Serialize, Serializer};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, RunReport};
-use stickslip_oracle::{OracleError, OracleRequest, solve};
+use stickslip_files::schema::{INPUT_RESOLVED, SHORT_CHUNK, TableSchema, Variable, group, kind_flags};
+use stickslip_files::{
+    DeclaredColumn, Reason, Reservation, ResultError, Status, StudyFile, StudyHeader, columns, quantity,
+};
+use stickslip_oracle::{OracleRequest, solve};
 use stickslip_system::record::{Event, EventKind, NoRecorder};
 use stickslip_system::watch::Watch;
-
-/// Error of a study.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// Unusable file of true events.
-    #[error("{0}")]
-    Truth(String),
-    /// The reference cannot be computed.
-    #[error("{0}")]
-    NoReference(String),
-}
 
 /// Reference events of a study.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,15 +117,29 @@ pub struct StudyResult {
     pub interrupted: bool,
 }
 
-/// Runs a study. A stop ends the study with its results so far, or with `None` if there is no reference yet. Failed
-/// runs are [`Measurement`]s with a failure.
+/// Builder of a work-precision study; `start` runs it into its file.
+pub type PrecisionRun<'a> = StudyRun<'a, PrecisionStudy>;
+
+impl PrecisionRun<'_> {
+    /// Runs the study, and returns the path of its file and the results. An incomplete study keeps the partial name.
+    ///
+    /// # Errors
+    /// There is no reference, the file is protected, or the disk fails.
+    pub fn start(self) -> Result<(PathBuf, StudyResult), Error> {
+        let place = Reservation::take(self.path, self.overwrite, &self.study.head.files)?;
+        let started = provenance::now();
+        let result = run(self.study, self.watch)?;
+        let file = result.write(self.study, &started, &place).map_err(Error::computation)?;
+        Ok((file, result))
+    }
+}
+
+/// Runs a study. A stop ends the study with its results so far. Failed runs are [`Measurement`]s with a failure.
 ///
 /// # Errors
 /// There is no reference.
-pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResult>, StudyError> {
-    let Some(reference) = reference(study, watch)? else {
-        return Ok(None);
-    };
+pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<StudyResult, Error> {
+    let reference = reference(study, watch)?;
     let mut result = StudyResult {
         uncertainty: uncertainty(&reference),
         reference,
@@ -137,22 +148,23 @@ pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResu
     };
     for (done, (method, knob, case)) in (study.reference_cases.len()..).zip(&study.runs) {
         let begun = begin(study, done, *method, watch);
-        let Some(measurement) =
-            begun.and_then(|()| measure(*method, *knob, case, &result.reference, study.repeat, watch))
-        else {
+        let measured = begun.and_then(|()| measure(*method, *knob, case, &result.reference, study.repeat, watch));
+        let Some(measurement) = measured.ok() else {
             result.interrupted = true;
             break;
         };
         result.measurements.push(measurement);
     }
-    Ok(Some(result))
+    Ok(result)
 }
 
-/// Reports the start of a run by `method` after `done` runs, including the reference's; `None` if stopped.
-fn begin(study: &PrecisionStudy, done: usize, method: Method, watch: &dyn Watch) -> Option<()> {
+/// Reports the start of a run by `method` after `done` runs, including the reference's. Fails if stopped.
+fn begin(study: &PrecisionStudy, done: usize, method: Method, watch: &dyn Watch) -> Result<(), Error> {
     let (of, method) = (study.reference_cases.len() + study.runs.len(), method.name());
-    let what = format_args!("{done} of {of} runs, {method}");
-    watch.at(done as f64, of as f64, what).is_continue().then_some(())
+    match watch.at(done as f64, of as f64, format_args!("{done} of {of} runs, {method}")) {
+        ControlFlow::Break(()) => Err(Error::interrupted()),
+        ControlFlow::Continue(()) => Ok(()),
+    }
 }
 
 type MethodSequence = Vec<(EventKind, f64)>;
@@ -162,20 +174,21 @@ fn sequence(events: &[Event]) -> MethodSequence {
     events.map(|event| (event.kind, event.time)).collect()
 }
 
-fn integrate(case: &Case, watch: &dyn Watch) -> Result<Option<RunReport>, String> {
+/// Report of a run. Fails only if stopped; the inner error is that of the run.
+fn integrate(case: &Case, watch: &dyn Watch) -> Result<Result<RunReport, String>, Error> {
     let mut recorder = NoRecorder;
     match Run::new(case).record(&mut recorder).stop(|| watch.stopped()).start() {
-        Ok(report) => Ok((!report.interrupted).then_some(report)),
-        Err(failure) => Err(failure.to_string()),
+        Ok(report) if report.interrupted => Err(Error::interrupted()),
+        report => Ok(report.map_err(|failure| failure.to_string())),
     }
 }
 
-fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<PrecisionReference>, StudyError> {
+fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<PrecisionReference, Error> {
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
-            let truth = Truth::read(path).map_err(StudyError::Truth)?;
+            let truth = Truth::read(path).map_err(Error::input)?;
             if let Some((_, _, case)) = study.runs.first() {
-                truth.check_case(case).map_err(StudyError::Truth)?;
+                truth.check_case(case).map_err(Error::input)?;
             }
             PrecisionReference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -184,50 +197,40 @@ fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<Precisi
             }
         }
         ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, watch) {
-            Ok(Some(reference)) => reference,
-            Ok(None) => return Ok(None),
-            Err(why) => {
-                let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, watch)? else {
-                    return Ok(None);
-                };
-                reference.description += &format!("; the exact solver was not used: {why}");
+            Err(error) if !error.is_interrupted() => {
+                let mut reference = by_runs(study, FALLBACK, TIGHTEST, watch)?;
+                reference.description += &format!("; the exact solver was not used: {error}");
                 reference
             }
+            reference => reference?,
         },
-        ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, watch)? {
-            Some(reference) => reference,
-            None => return Ok(None),
-        },
+        ReferenceChoice::Runs { method, check, rtol } => by_runs(study, [*method, *check], *rtol, watch)?,
     };
-    if reference.events.is_empty() {
-        let why = "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer";
-        return Err(StudyError::NoReference(why.to_owned()));
+    match reference.events.is_empty() {
+        true => Err(Error::computation(
+            "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer",
+        )),
+        false => Ok(reference),
     }
-    Ok(Some(reference))
 }
 
-/// Reference by one run. Its uncertainty is the distance to a run by an independent method. `None` if interrupted.
+/// Reference by one run. Its uncertainty is the distance to a run by an independent method.
 fn by_runs(
     study: &PrecisionStudy,
     [method, check]: [Method; 2],
     rtol: f64,
     watch: &dyn Watch,
-) -> Result<Option<PrecisionReference>, StudyError> {
+) -> Result<PrecisionReference, Error> {
     let mut sequences = Vec::with_capacity(2);
     for (done, case) in study.reference_cases.iter().enumerate() {
         let by = case.solver.method;
-        if begin(study, done, by, watch).is_none() {
-            return Ok(None);
-        }
-        let report = integrate(case, watch).map_err(|failure| {
+        begin(study, done, by, watch)?;
+        let report = integrate(case, watch)?.map_err(|failure| {
             let by = by.name();
-            StudyError::NoReference(format!(
+            Error::computation(format!(
                 "the reference cannot be computed: method {by} fails: {failure}; name other methods in [reference], or a truth"
             ))
         })?;
-        let Some(report) = report else {
-            return Ok(None);
-        };
         sequences.push(sequence(&report.events));
     }
     let checked = sequences.pop().unwrap_or_default();
@@ -235,11 +238,9 @@ fn by_runs(
     if !alike(&events, &checked) {
         let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
         let parting = parting.unwrap_or(events.len().min(checked.len()));
-        let time = events
-            .get(parting)
-            .or(checked.get(parting))
-            .map_or(f64::NAN, |event| event.1);
-        return Err(StudyError::NoReference(format!(
+        let event = events.get(parting).or(checked.get(parting));
+        let time = event.map_or(f64::NAN, |event| event.1);
+        return Err(Error::computation(format!(
             "there is no reference: {} and {} at rtol {rtol:e} disagree in the sequence of events ({} and {}), first at t = {time:.9} s, \
              so no error can be measured. Without a perturbation that stands above rounding no method converges: set one, tighten \
              reference.rtol, or name a truth",
@@ -249,7 +250,7 @@ fn by_runs(
             checked.len()
         )));
     }
-    Ok(Some(PrecisionReference {
+    Ok(PrecisionReference {
         description: format!(
             "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
             method.name(),
@@ -257,7 +258,7 @@ fn by_runs(
         ),
         uncertainties: events.iter().zip(&checked).map(|(a, b)| (a.1 - b.1).abs()).collect(),
         events,
-    }))
+    })
 }
 
 const LONGEST: Duration = Duration::from_secs(30);
@@ -265,24 +266,14 @@ const LONGEST: Duration = Duration::from_secs(30);
 /// Digits of the oracle's events: more than a double has.
 const DIGITS: u32 = 18;
 
-fn by_oracle(
-    study: &PrecisionStudy,
-    exact: &ExactCase,
-    watch: &dyn Watch,
-) -> Result<Option<PrecisionReference>, String> {
-    let (by, _, case) = study.runs.first().ok_or("the study has no run")?;
+fn by_oracle(study: &PrecisionStudy, exact: &ExactCase, watch: &dyn Watch) -> Result<PrecisionReference, Error> {
+    let (by, _, case) = study.runs.first().ok_or_else(|| Error::input("the study has no run"))?;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
         ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };
-    if begin(study, 0, *by, watch).is_none() {
-        return Ok(None);
-    }
-    let solution = match solve(&exact.system, &request, &|| watch.stopped()) {
-        Ok(solution) => solution,
-        Err(OracleError::Interrupted(_)) => return Ok(None),
-        Err(error) => return Err(error.to_string()),
-    };
+    begin(study, 0, *by, watch)?;
+    let solution = solve(&exact.system, &request, &|| watch.stopped())?;
     let events = solution.report.events.iter().zip(&solution.errors);
     let in_word = events.filter(|(event, _)| event.kind.in_event_sequence());
     let (events, uncertainties) = in_word
@@ -291,14 +282,14 @@ fn by_oracle(
             ((event.kind, time), error.max(time.next_up() - time))
         })
         .unzip();
-    Ok(Some(PrecisionReference {
+    Ok(PrecisionReference {
         description: format!(
             "the exact solver with {} digits; its uncertainty is the distance of neighbouring doubles",
             solution.digits_computed
         ),
         events,
         uncertainties,
-    }))
+    })
 }
 
 fn alike(a: &[(EventKind, f64)], b: &[(EventKind, f64)]) -> bool {
@@ -339,15 +330,14 @@ fn measure(
     reference: &PrecisionReference,
     repeat: usize,
     watch: &dyn Watch,
-) -> Option<Measurement> {
+) -> Result<Measurement, Error> {
     let mut measurement = Measurement::new(method, knob);
     for _ in 0..repeat {
         let clock = Instant::now();
-        let result = integrate(case, watch);
+        let result = integrate(case, watch)?;
         measurement.wall_time = measurement.wall_time.min(clock.elapsed().as_secs_f64());
         match result {
-            Ok(None) => return None,
-            Ok(Some(report)) => {
+            Ok(report) => {
                 let events = sequence(&report.events);
                 measurement.errors = errors(reference, &events);
                 measurement.events = events.len();
@@ -359,9 +349,152 @@ fn measure(
             }
             Err(failure) => {
                 measurement.failure = Some(failure);
-                return Some(measurement);
+                return Ok(measurement);
             }
         }
     }
-    Some(measurement)
+    Ok(measurement)
+}
+
+/// Columns of /runs after the method.
+const RUN_COLUMNS: &[DeclaredColumn<Measurement>] = &columns! { run, x:
+    Variable::quantity("rtol", "1", "solver.rtol, NaN with a fixed step"),
+        known(run.knob.rtol_and_step().0), run.knob = Knob::Tolerance(x);
+    Variable::quantity("fixed_step", "s", "solver.fixed_step, NaN with a tolerance"),
+        known(run.knob.rtol_and_step().1), if x.is_finite() { run.knob = Knob::FixedStep(x) };
+    Variable::code("outcome", "whether the run came to its end", &[(0, "complete"), (1, "failed")]),
+        run.failure.is_some().into(), run.failure = (x != 0.0).then(String::new);
+    Variable::code("same_sequence", "whether the events are those of the reference, in its order", &[(0, "no"), (1, "yes")]),
+        run.same_sequence.into(), run.same_sequence = x != 0.0;
+    Variable::count("events", "events of the sequence"), run.events as f64, run.events = x as usize;
+    Variable::quantity("onset_error", "s", "error of the first stick, NaN where there is none to compare"),
+        known(run.errors.onset), run.errors.onset = finite(x);
+    Variable::quantity("final_stick_error", "s", "error of the stick in which the run ends, NaN where there is none to compare"),
+        known(run.errors.final_stick), run.errors.final_stick = finite(x);
+    Variable::quantity("largest_event_error", "s", "largest error of all events, NaN where their sequence is another"),
+        known(run.errors.largest), run.errors.largest = finite(x);
+    Variable::count("steps", "steps of the integrators"), run.steps as f64, run.steps = x as u64;
+    Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
+        run.rhs_evaluations as f64, run.rhs_evaluations = x as u64;
+    Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
+        run.jacobian_evaluations as f64, run.jacobian_evaluations = x as u64;
+    Variable::quantity("wall_time", "s", "time of the integration, the least of its repetitions"),
+        run.wall_time, run.wall_time = x;
+};
+
+/// Attributes of /reference: smaller errors count as zero.
+const UNCERTAINTIES: &[DeclaredColumn<MethodErrors>] = &columns! { errors, x:
+    Variable::quantity("onset_uncertainty", "s", "uncertainty of the first stick"),
+        known(errors.onset), errors.onset = finite(x);
+    Variable::quantity("final_stick_uncertainty", "s", "uncertainty of the stick in which the run ends"),
+        known(errors.final_stick), errors.final_stick = finite(x);
+    Variable::quantity("largest_event_uncertainty", "s", "largest uncertainty of all events"),
+        known(errors.largest), errors.largest = finite(x);
+};
+
+fn known(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}
+
+impl StudyResult {
+    fn write(&self, study: &PrecisionStudy, started: &str, place: &Reservation) -> Result<PathBuf, ResultError> {
+        let resolved = study.runs.first().map(|run| run.2.resolved()).unwrap_or_default();
+        let about = "every parameter of the first run in SI units (TOML)";
+        let header = StudyHeader {
+            inputs: vec![(INPUT_RESOLVED, about, resolved)],
+            meta: provenance::program(started),
+            ..study.head.of_file(format!("{started} {}", provenance::command_line()))
+        };
+        let mut methods: Vec<Method> = Vec::new();
+        for run in &self.measurements {
+            if !methods.contains(&run.method) {
+                methods.push(run.method);
+            }
+        }
+        let words = methods.iter().map(|method| method.name().to_owned());
+        let mut variables = vec![
+            Variable::index("run", "index of the run"),
+            Variable::words("method", "integration method", (0..).zip(words).collect()),
+        ];
+        variables.extend(RUN_COLUMNS.iter().map(|column| (column.variable)()));
+        let runs = self.measurements.iter().enumerate().map(|(index, run)| {
+            let method = methods.iter().position(|&method| method == run.method);
+            let head = [index as f64, method.unwrap_or_default() as f64];
+            head.into_iter()
+                .chain(RUN_COLUMNS.iter().map(|column| (column.get)(run)))
+                .collect()
+        });
+        let reference = &self.reference;
+        let events = reference.events.iter().zip(&reference.uncertainties).enumerate();
+        let events = events
+            .map(|(index, (&(kind, time), &uncertainty))| vec![index as f64, kind.code().into(), time, uncertainty]);
+        let of_events = vec![
+            Variable::index("event", "index of the event"),
+            Variable::code("kind", "what happened", &kind_flags()),
+            Variable::quantity("time", "s", "time"),
+            Variable::quantity("time_uncertainty", "s", "uncertainty of the time"),
+        ];
+        let uncertainties = UNCERTAINTIES.iter().flat_map(|one| {
+            let (value, variable) = ((one.get)(&self.uncertainty), (one.variable)());
+            quantity(&variable.name, value, &variable.units, &variable.long_name)
+        });
+        let description = ("description".to_owned(), reference.description.as_str().into());
+        let table = |group, variables| TableSchema {
+            group,
+            chunk: SHORT_CHUNK,
+            variables,
+        };
+        let tables = [
+            (table(group::RUNS, variables), runs.collect(), Vec::new()),
+            (
+                table(group::REFERENCE, of_events),
+                events.collect(),
+                std::iter::once(description).chain(uncertainties).collect(),
+            ),
+        ];
+        header.write_work_precision(&tables, place, &Status::of(self.interrupted))
+    }
+
+    /// Reads title and results of a study for a figure, without the events of the reference.
+    ///
+    /// # Errors
+    /// The file is missing, of another kind, of a newer version, or damaged.
+    pub fn read(path: &Path) -> Result<(String, StudyResult), ResultError> {
+        let file = StudyFile::open_work_precision(path)?;
+        let runs = file.table(group::RUNS)?;
+        let methods = file.words("runs/method")?;
+        let codes = runs.column("method")?.into_iter();
+        let found = codes.map(|code| {
+            let name = methods.get(code as usize).filter(|_| code >= 0.0);
+            let (what, code) = ("/runs/method", code as i8);
+            let method = name.and_then(|(_, name)| Method::from_name(name));
+            let method = method.ok_or_else(|| Reason::UnknownCode { what, code }.of(path))?;
+            Ok(Measurement::new(method, Knob::Tolerance(f64::NAN)))
+        });
+        let mut measurements = found.collect::<Result<Vec<_>, ResultError>>()?;
+        for column in RUN_COLUMNS {
+            column.read(&runs, &mut measurements)?;
+        }
+        let mut uncertainty = MethodErrors::default();
+        for one in UNCERTAINTIES {
+            let value = file.number_attribute(group::REFERENCE, &(one.variable)().name)?;
+            (one.set)(&mut uncertainty, value.unwrap_or(f64::NAN));
+        }
+        let description = file.text_attribute(group::REFERENCE, "description")?;
+        let result = StudyResult {
+            reference: PrecisionReference {
+                description: description.unwrap_or_default(),
+                events: Vec::new(),
+                uncertainties: Vec::new(),
+            },
+            uncertainty,
+            measurements,
+            interrupted: false,
+        };
+        Ok((file.text_attribute("", "title")?.unwrap_or_default(), result))
+    }
 }
