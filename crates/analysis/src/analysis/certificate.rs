@@ -139,7 +139,7 @@ pub(super) fn certify_until(
         return Err(Error::interrupted());
     }
     if let Some(failure) = own.as_ref().and_then(|own| own.rung.failure.clone()) {
-        return Err(Error::computation(format!("the run itself fails: {failure}")));
+        return Err(Error::computation(failure.to_string()));
     }
     let summary = own.as_ref().map(|own| Summary::of_run(&case.system, &own.report));
     let warnings = summary.iter().flat_map(|summary| warnings(case, summary)).collect();
@@ -163,7 +163,7 @@ pub(super) fn certify_until(
     }
     let linearised = match linearised {
         Ok(Ok(linearised)) => linearised,
-        Ok(Err(failure)) => return Err(Error::computation(format!("the run itself fails: {failure}"))),
+        Ok(Err(failure)) => return Err(Error::computation(failure.to_string())),
         Err(panic) => std::panic::resume_unwind(panic),
     };
     // `series` can be free of the noise that triggers the onset in every other method, so `arkode` counts as well.
