@@ -93,7 +93,7 @@ impl Reference {
         &self,
         candidate: &Candidate,
         detection: Detection,
-        watch_progress: &mut dyn FnMut(f64),
+        progress: &dyn Fn(f64),
     ) -> Result<(Survey, Vec<Found>), CompareError> {
         let physics = &self.physics;
         let given = candidate.events.clone();
@@ -141,7 +141,7 @@ impl Reference {
             let clock = clock_error(candidate, rows.watch(), time[time.len() - 1]);
             let to = time[time.len() - 1];
             span = Some((span.map_or(time[0], |span| span.0), to));
-            watch_progress(to);
+            progress(to);
             let first = time.partition_point(|t| *t < stretch.0);
             let last = time.partition_point(|t| *t <= stretch.1);
             if first < last {

@@ -50,7 +50,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
         let bar = Bar::new(common, BarKind::Share, &Arc::default());
-        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
+        let comparison = reference.compare_watched(path, &mapping, &bar);
         bar.finish();
         Ok(comparison?)
     });

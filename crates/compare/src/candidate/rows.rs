@@ -98,7 +98,7 @@ pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
 }
 
 pub(crate) struct Rows<'a> {
-    table: &'a dyn CandidateTable,
+    table: &'a CandidateTable,
     pass: Pass<'a>,
     names: Vec<String>,
     raw: Vec<Vec<f64>>,
@@ -112,7 +112,7 @@ pub(crate) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     pub(super) fn new(
-        table: &'a dyn CandidateTable,
+        table: &'a CandidateTable,
         columns: &[String],
         clock: &'a Clock,
         mut supplies: Vec<Supply>,
@@ -204,7 +204,7 @@ impl<'a> Rows<'a> {
 
     fn fault(&self, row: usize, column: &str, what: String, remedy: &str) -> CompareError {
         let place = place(self.row + row as u64, column);
-        CompareError::content(self.table.path(), place, what, remedy)
+        CompareError::content(&self.table.path, place, what, remedy)
     }
 
     /// Checks that times increase. If they are rounded, rows that repeat a time are dropped.

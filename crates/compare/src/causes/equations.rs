@@ -89,14 +89,17 @@ impl<'a> Stretches<'a> {
             let time: [f64; POINTS] = std::array::from_fn(|k| time[first + k]);
             let speeds: [f64; POINTS] = std::array::from_fn(|k| velocity(first + k));
             let mode = physics.mode(speeds[0], search.tolerance);
-            let is_in_mode = |w: &f64| {
-                physics.mode(*w, search.tolerance) == mode && (mode == Mode::Stick || w * speeds[0] > 0.0)
-            };
-            let is_dense = time.windows(2).all(|two| two[1] - two[0] <= physics.natural_period() / PER_PERIOD);
+            let is_in_mode =
+                |w: &f64| physics.mode(*w, search.tolerance) == mode && (mode == Mode::Stick || w * speeds[0] > 0.0);
+            let is_dense = time
+                .windows(2)
+                .all(|two| two[1] - two[0] <= physics.natural_period() / PER_PERIOD);
             let margin = time[1] - time[0];
             let next = breaks.partition_point(|at| *at < time[0] - margin);
             let is_whole = breaks.get(next).is_none_or(|at| *at > time[POINTS - 1] + margin);
-            let is_closed = outside[first..first + POINTS].iter().all(|outside| outside.normal_force > 0.0);
+            let is_closed = outside[first..first + POINTS]
+                .iter()
+                .all(|outside| outside.normal_force > 0.0);
             if is_dense && is_whole && is_closed && speeds.iter().all(is_in_mode) {
                 let weights = [weights(&time, &[0, 1, 2, 3, 4])?, weights(&time, &[0, 2, 4])?];
                 each.push(Stretch { first, mode, weights });
@@ -167,7 +170,10 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
         let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
         (squares.sum::<f64>() / count as f64).sqrt()
     };
-    let sizes: Vec<f64> = changes.iter().map(|changes| rms(changes, &vec![0.0; count]).max(f64::MIN_POSITIVE)).collect();
+    let sizes: Vec<f64> = changes
+        .iter()
+        .map(|changes| rms(changes, &vec![0.0; count]).max(f64::MIN_POSITIVE))
+        .collect();
     let holds = |k: usize| {
         let [missed, uncertain] = [&changes[k], &coarse.values[k]].map(|other| rms(&fine.values[k], other) / sizes[k]);
         missed <= MISSED.max(QUADRATURE * uncertain)
@@ -214,10 +220,7 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
         let residual = evidence.residual(&point.played, point.window);
         let (_, inverse) = least_squares(&slopes?, &residual)?;
         let variance = left(point) / (residual.len() - units.len()) as f64;
-        let fit = Fit {
-            play: &coarse,
-            ..fit
-        };
+        let fit = Fit { play: &coarse, ..fit };
         let other = fit.refined(point.values.clone());
         let mut errors = Vec::new();
         for (k, value) in point.values.iter().enumerate() {

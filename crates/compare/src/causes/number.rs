@@ -70,14 +70,16 @@ fn proposals(all: impl IntoIterator<Item = Numbers>) -> Vec<Proposal> {
 impl ChangedNumber {
     /// Parameters that the equations show between the candidate's samples.
     pub fn of_equations(search: &Search<'_>) -> Vec<Proposal> {
-        let each = equations::fitted(search).into_iter().map(|(numbers, errors)| -> Proposal {
-            Arc::new(ChangedNumber {
-                numbers,
-                errors,
-                told: true,
-                beyond: false,
-            })
-        });
+        let each = equations::fitted(search)
+            .into_iter()
+            .map(|(numbers, errors)| -> Proposal {
+                Arc::new(ChangedNumber {
+                    numbers,
+                    errors,
+                    told: true,
+                    beyond: false,
+                })
+            });
         each.collect()
     }
 
@@ -312,7 +314,9 @@ fn fitted(search: &Search<'_>, pairs: bool) -> Vec<Proposal> {
     let found = starts.flat_map(|start| {
         let play = |numbers: &[(String, f64)]| evidence.with_numbers(start, numbers);
         let base = evidence.unchanged(start);
-        base.map_or_else(Vec::new, |base| closest(evidence, &play, &base, &unknown, pairs, &guesses))
+        base.map_or_else(Vec::new, |base| {
+            closest(evidence, &play, &base, &unknown, pairs, &guesses)
+        })
     });
     proposals(found.map(|(which, point)| Unknown::changes_of(&unknown, &which, &point.values)))
 }
