@@ -97,7 +97,7 @@ pub(super) fn channels() -> ArgValueCandidates {
 
 pub(super) fn columns() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let channels = Channel::ALL.into_iter().chain(Channel::products());
+        let channels = Channel::all().chain(Channel::products());
         let channels = channels.map(Channel::name);
         let names = std::iter::once("time".into()).chain(channels);
         names

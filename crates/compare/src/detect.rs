@@ -562,8 +562,8 @@ impl HysteresisPass {
         Some(HysteresisPass {
             detector: Detector::new(plain),
             detection: Some(detection).filter(|detection| detection.hysteresis > 1.0)?,
-            velocity: column(Channel::RelativeVelocity)?,
-            force: column(Channel::NormalForce),
+            velocity: column(Channel::RELATIVE_VELOCITY)?,
+            force: column(Channel::NORMAL_FORCE),
             found: found.to_vec(),
             most: 10 * found.len() + 1000,
             begins,

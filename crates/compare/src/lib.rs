@@ -261,7 +261,7 @@ impl Reference {
             candidate.shift(offset);
         }
         let events_given = candidate.events.is_some();
-        let shows_contact = events_given || candidate.has(Channel::NormalForce);
+        let shows_contact = events_given || candidate.has(Channel::NORMAL_FORCE);
         let own = sequence(&self.events, shows_contact);
         let (mut survey, mut found) = self.survey(&candidate, detection, &events_up_to)?;
         let mut applied = None;
@@ -459,7 +459,7 @@ impl Reference {
                 .as_ref()
                 .and_then(|states| self.score(states.score.as_ref()?, span)),
             hysteresis: states.as_ref().and_then(|states| states.hysteresis),
-            velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
+            velocity_unit: physics.vocabulary().unit(Channel::RELATIVE_VELOCITY),
             span: candidate.has_rows().then_some(span),
             interval: survey.interval,
             reference_events: reference_word.len(),
@@ -562,7 +562,7 @@ impl Reference {
         if let Some(tolerance) = mapping.velocity_tolerance.filter(|_| candidate.events.is_none()) {
             let largest = self.largest_speed()?.max(LEAST_SPEED);
             if tolerance > largest {
-                let unit = self.physics.vocabulary().unit(Channel::RelativeVelocity);
+                let unit = self.physics.vocabulary().unit(Channel::RELATIVE_VELOCITY);
                 return Err(CompareError::content(
                     &candidate.path,
                     "velocity tolerance",
@@ -574,8 +574,8 @@ impl Reference {
             }
         }
         // Rounding of a relative velocity of zero, with a margin.
-        let of_times = candidate.clock_error_of(Channel::RelativeVelocity, &self.physics, self.times());
-        let printed = 1.01 * (candidate.rounding_of(Channel::RelativeVelocity, 0.0) + of_times);
+        let of_times = candidate.clock_error_of(Channel::RELATIVE_VELOCITY, &self.physics, self.times());
+        let printed = 1.01 * (candidate.rounding_of(Channel::RELATIVE_VELOCITY, 0.0) + of_times);
         let default = DEFAULT_TOLERANCE.max(printed);
         Ok(Detection {
             velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(default),
@@ -589,7 +589,7 @@ impl Reference {
     /// Largest magnitude of the reference's relative velocity, rad/s.
     fn largest_speed(&self) -> Result<f64, CompareError> {
         let mut largest = 0.0_f64;
-        for block in self.file.column_blocks(&Channel::RelativeVelocity.name())? {
+        for block in self.file.column_blocks(&Channel::RELATIVE_VELOCITY.name())? {
             largest = block?.into_iter().fold(largest, |most, speed| most.max(speed.abs()));
         }
         Ok(largest)
@@ -598,8 +598,8 @@ impl Reference {
     fn seen_by(&self, candidate: &Candidate) -> Vec<Channel> {
         let state = &self.physics.state;
         match state.iter().all(|&channel| candidate.has(channel)) {
-            true => [&state[..], &[Channel::RelativeVelocity]].concat(),
-            false => vec![Channel::RelativeVelocity],
+            true => [&state[..], &[Channel::RELATIVE_VELOCITY]].concat(),
+            false => vec![Channel::RELATIVE_VELOCITY],
         }
     }
 

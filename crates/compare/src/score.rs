@@ -143,9 +143,9 @@ impl Reference {
                 values: Vec::new(),
             })
         };
-        let positions = self.physics.position().into_iter().chain([Channel::RotorTwist]);
+        let positions = self.physics.position().into_iter().chain([Channel::ROTOR_TWIST]);
         let position = positions.into_iter().find_map(signal);
-        let velocity = signal(Channel::RelativeVelocity);
+        let velocity = signal(Channel::RELATIVE_VELOCITY);
         let of: Vec<Channel> = [&position, &velocity]
             .into_iter()
             .flatten()
@@ -372,7 +372,7 @@ fn size(time: &[f64], values: &[[f64; 2]]) -> (f64, f64) {
 fn period(time: &[f64], signal: &Signal) -> Option<PeriodScore> {
     let (mean, size) = size(time, &signal.values);
     let level = match signal.channel {
-        Channel::RelativeVelocity => mean + 0.5 * size,
+        Channel::RELATIVE_VELOCITY => mean + 0.5 * size,
         _ => mean,
     };
     let of = |run: usize| {

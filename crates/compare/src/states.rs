@@ -382,7 +382,7 @@ impl Grid {
     /// A difference of two angles is a multiple of their last digit, but an integrated twist is not. `angle` is the
     /// rotor's, rad.
     fn look(&mut self, channels: &[Channel], block: &Block, rows: Range<usize>, angle: f64) {
-        let column = channels.iter().position(|&c| c == Channel::RotorTwist);
+        let column = channels.iter().position(|&c| c == Channel::ROTOR_TWIST);
         let Some(k) = column.filter(|_| self.of < MOST_PROBED && angle.abs() >= 1.0) else {
             return;
         };

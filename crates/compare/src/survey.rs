@@ -108,8 +108,8 @@ impl Reference {
         };
         let mut channels = Vec::new();
         if given.is_none() {
-            channels.push(Channel::RelativeVelocity);
-            channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
+            channels.push(Channel::RELATIVE_VELOCITY);
+            channels.extend(Some(Channel::NORMAL_FORCE).filter(|&force| candidate.has(force)));
         }
         let base = channels.len();
         if locator.is_some() {
@@ -125,7 +125,7 @@ impl Reference {
         let mut finder = match (given, physics.threshold()) {
             (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
             (None, Some(_)) => {
-                let rounding = candidate.rounding_of(Channel::RelativeVelocity, detection.velocity_tolerance);
+                let rounding = candidate.rounding_of(Channel::RELATIVE_VELOCITY, detection.velocity_tolerance);
                 Finder::Crossings(Crossings::new(detection.velocity_tolerance, rounding))
             }
             (None, None) => Finder::Detector(Box::new(Detector::new(detection))),

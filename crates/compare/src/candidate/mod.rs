@@ -164,7 +164,7 @@ impl Candidate {
             candidate.look_at_digits(&table)?;
             candidate.table = Some(table);
         }
-        if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
+        if candidate.events.is_none() && !candidate.has(Channel::RELATIVE_VELOCITY) {
             let given: Vec<_> = candidate.direct.iter().map(|c| c.name()).collect();
             let what = format!(
                 "has neither events nor a relative velocity to find them by, but {}{}",
