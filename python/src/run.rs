@@ -9,8 +9,8 @@ use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use stickslip::analysis::KeptReport;
 use stickslip::analysis::headline::{self, HeadlineRow};
-use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::results::schema::{StorageKind, Variable};
 use stickslip::results::{
@@ -61,7 +61,7 @@ pub struct Run {
 /// Where the rows are.
 enum Rows {
     Kept {
-        end: Box<KeptReportEnd>,
+        end: Box<KeptReport>,
         order: Vec<u8>,
         /// Those that have not become arrays, by group and name.
         columns: Mutex<HashMap<(String, String), ColumnValues<'static>>>,
@@ -276,17 +276,14 @@ pub fn run(
     let signals = Signals::new();
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
-            let run = KeptRun::new(&case)
-                .text(&given)
-                .witness(witness)
-                .events_alone(!trajectory);
-            run.watch(&signals).start()
+            KeptReport::of_run(&case, &given, witness, trajectory, &signals)
         }))
     });
     if let Some(raised) = signals.raised() {
         return Err(raised);
     }
-    let KeptReport { rows, end } = computed.map_err(|_| internal(py))?;
+    let mut end = computed.map_err(|_| internal(py))?;
+    let rows = std::mem::take(&mut end.rows);
     let event_count = rows.tables.get(1).map_or(0, KeptTable::rows);
     let mut tables = Vec::new();
     let mut columns = HashMap::new();

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
 use stickslip::SavedRun;
-use stickslip::analysis::KeptRun;
+use stickslip::analysis::KeptReport;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::cli::{CommandEnd, CommandError, Said, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status};
@@ -18,6 +18,10 @@ fn case(name: &str, settings: &[&str]) -> Result<Case, Box<dyn Error>> {
         &CaseSource::built_in(name)?,
         &overrides.collect::<Result<Vec<_>, _>>()?,
     )?)
+}
+
+fn kept(case: &Case, witness: bool, trajectory: bool) -> KeptReport {
+    KeptReport::of_run(case, &case.resolved(), witness, trajectory, &())
 }
 
 fn view(rows: &KeptRows) -> KeptView<'_> {
@@ -53,9 +57,9 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
     ] {
         let case = case(name, settings)?;
         let (kept_file, recorded_file) = (folder.path().join("kept.h5"), folder.path().join("recorded.h5"));
-        let kept = KeptRun::new(&case).start();
-        assert_eq!(kept.end.run.status, Status::Complete);
-        kept.end.write(&kept_file, Overwrite::OwnResults, &view(&kept.rows))?;
+        let kept = kept(&case, false, true);
+        assert_eq!(kept.run.status, Status::Complete);
+        kept.write(&kept_file, Overwrite::OwnResults, &view(&kept.rows))?;
         recorded(&case, &recorded_file)?;
         // Only texts of constant length may differ: the second of the start in /meta and `history`, the wall time,
         // and the checksum of the attributes that contain them.
@@ -71,13 +75,13 @@ fn results_kept_rows_make_the_same_file() -> Outcome {
 fn results_the_column_of_a_witness_is_written_once() -> Outcome {
     let folder = tempfile::tempdir()?;
     let case = case("paper-si", &[])?;
-    let kept = KeptRun::new(&case).witness(true).start();
-    let column = kept.end.run.witness.as_ref().ok_or("no witness")?.column();
+    let kept = kept(&case, true, true);
+    let column = kept.run.witness.as_ref().ok_or("no witness")?.column();
     let files = ["alone.h5", "shown.h5"].map(|name| folder.path().join(name));
     let mut rows = view(&kept.rows);
-    kept.end.write(&files[0], Overwrite::OwnResults, &rows)?;
+    kept.write(&files[0], Overwrite::OwnResults, &rows)?;
     rows.tables[1].push(column.values.view());
-    kept.end.write(&files[1], Overwrite::OwnResults, &rows)?;
+    kept.write(&files[1], Overwrite::OwnResults, &rows)?;
     assert_eq!(differences(&files[0], &files[1])?, 0);
     let file = ResultFile::open(&files[1])?;
     assert_eq!(file.typed_column("events", "witness_time")?, column.values);
@@ -90,8 +94,8 @@ fn results_typed_columns_are_those_of_memory() -> Outcome {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("kept.h5");
     let case = case("paper-si", &["output.dense=true", "output.end_time=0.05"])?;
-    let kept = KeptRun::new(&case).start();
-    kept.end.write(&path, Overwrite::OwnResults, &view(&kept.rows))?;
+    let kept = kept(&case, false, true);
+    kept.write(&path, Overwrite::OwnResults, &view(&kept.rows))?;
     let file = ResultFile::open(&path)?;
     for table in &kept.rows.tables {
         for column in &table.columns {
@@ -109,9 +113,9 @@ fn results_typed_columns_are_those_of_memory() -> Outcome {
 #[test]
 fn property_events_alone_are_the_same_events() -> Outcome {
     let mut case = case("paper-si", &[])?;
-    let whole = KeptRun::new(&case).start();
+    let whole = kept(&case, false, true);
     case.without_trajectory();
-    let events = KeptRun::new(&case).events_alone(true).start();
+    let events = kept(&case, false, false);
     assert_eq!(events.rows.tables[0].rows(), 0);
     assert_eq!(events.rows.tables[1].columns, whole.rows.tables[1].columns);
     Ok(())
@@ -120,8 +124,8 @@ fn property_events_alone_are_the_same_events() -> Outcome {
 #[test]
 fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     let case = case("paper-si", &[])?;
-    let kept = KeptRun::new(&case).watch(&|| true).start();
-    assert_eq!(kept.end.run.status, Status::Interrupted);
+    let kept = KeptReport::of_run(&case, "", false, true, &|| true);
+    assert_eq!(kept.run.status, Status::Interrupted);
     Ok(())
 }
 
@@ -139,11 +143,8 @@ fn cli_a_captured_command_gives_report_and_document() -> Outcome {
     assert!(document["natural_period"].is_number());
     let (_, wrong) = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
     let error = wrong.expect_err("a misspelt key");
-    assert!(
-        error.is_input() && error.text().contains("friction.decay"),
-        "{}",
-        error.text()
-    );
+    assert!(error.is_input(), "{}", error.text());
+    assert!(error.text().contains("friction.decay"), "{}", error.text());
     let (_, usage) = captured(&["no-such-command"]);
     assert!(usage.is_err_and(|error| error.is_input()));
     Ok(())

@@ -25,13 +25,17 @@ impl From<TableSchema> for KeptTable {
     fn from(schema: TableSchema) -> Self {
         KeptTable {
             group: schema.group,
-            columns: schema.variables.into_iter().map(FileColumn::empty).collect(),
+            columns: schema
+                .variables
+                .into_iter()
+                .map(|variable| FileColumn::new(variable, []))
+                .collect(),
         }
     }
 }
 
 /// A recorder that keeps all tables of a result file in memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct KeptRows {
     /// Tables of every run, then /dense and /dense/coefficients if there is dense output.
     pub tables: Vec<KeptTable>,
@@ -42,28 +46,20 @@ pub struct KeptRows {
 }
 
 impl KeptRows {
-    /// An empty recorder for a run whose files have this extension.
-    pub fn new(extension: &Extension) -> Self {
+    /// An empty recorder for a run whose files have this extension. With `events_alone` it keeps no samples and no pieces
+    /// of the dense output.
+    pub fn new(extension: &Extension, events_alone: bool) -> Self {
         KeptRows {
             tables: schema::all_tables(extension).into_iter().map(KeptTable::from).collect(),
             order: Vec::new(),
             further: Vec::new(),
-            events_alone: false,
+            events_alone,
         }
     }
 
     /// Removes all rows, and prepares for a run with this extension.
-    pub fn emptied(self, extension: &Extension) -> Self {
-        KeptRows {
-            events_alone: self.events_alone,
-            ..KeptRows::new(extension)
-        }
-    }
-
-    /// From now on, samples and pieces of the dense output are not kept.
-    pub fn events_alone(mut self) -> Self {
-        self.events_alone = true;
-        self
+    pub fn begin_again(&mut self, extension: &Extension) {
+        *self = KeptRows::new(extension, self.events_alone);
     }
 }
 

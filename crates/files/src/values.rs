@@ -130,8 +130,9 @@ pub struct FileColumn {
 }
 
 impl FileColumn {
-    pub(super) fn empty(variable: Variable) -> Self {
-        let values = ColumnValues::of(variable.kind, []);
+    /// A column of these numbers, which are stored as the variable's type.
+    pub fn new(variable: Variable, numbers: impl IntoIterator<Item = f64>) -> Self {
+        let values = ColumnValues::of(variable.kind, numbers);
         FileColumn { variable, values }
     }
 
@@ -177,9 +178,7 @@ impl<R> DeclaredColumn<R> {
     where
         R: 'a,
     {
-        let variable = (self.variable)();
-        let values = ColumnValues::of(variable.kind, rows.into_iter().map(self.get));
-        FileColumn { variable, values }
+        FileColumn::new((self.variable)(), rows.into_iter().map(self.get))
     }
 
     /// Gives the rows of a table their numbers. Fails if the column is missing.

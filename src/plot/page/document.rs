@@ -275,7 +275,7 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<PageCertified>, 
     Ok(whole.then(|| PageCertified {
         uncertainty: uncertainty.into_iter().take(events).collect(),
         verdict: verdict.iter().map(|&code| code as i8).collect(),
-        verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
+        verdicts: Verdict::WORDS.map(|(_, word)| word).into(),
     }))
 }
 

@@ -2,13 +2,12 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | `recorded`, `saved_run`, `kept_run` | run into a recorder, a file, or memory, with its summary |
+//! | `run` | run into a recorder, a file, or memory, with its summary |
 //! | `summary`, `headline` | main numbers and outcome, and their text |
 //! | `attractor`, `section`, `smooth`, `forcing` | periodic motion: by events, by the forcing, or without both |
 //! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
-//! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method |
-//! | `finer`, `repetition` | rerun with finer settings if the witness disagrees |
-//! | `certification`, `certify_report`, `certificate_file` | certificate of a result and its sensitivities; as a document; as groups of a file |
+//! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method, and its repetition with finer settings |
+//! | `certification`, `certify_report` | certificate of a result and its sensitivities; as a document, and as groups of a file |
 //! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties; error bands |
 //! | `exact`, `truth` | events of the oracle, or of another code with more digits |
 //! | `advice` | remedies for a result with too few true digits |
@@ -21,23 +20,18 @@ pub mod advice;
 mod attractor;
 pub mod bands;
 pub mod certificate;
-mod certificate_file;
 pub mod certification;
 mod certify_report;
 mod deadline;
 pub mod distribution;
 pub mod exact;
 pub mod exponent;
-mod finer;
 pub mod forcing;
 pub mod headline;
-mod kept_run;
 pub mod ladder;
 pub mod linearised;
 pub(crate) mod quantity;
-mod recorded;
-mod repetition;
-mod saved_run;
+mod run;
 mod section;
 pub mod sensitivity;
 mod sequence;
@@ -57,10 +51,8 @@ pub use certify_report::CertifyReport;
 pub use deadline::Deadline;
 pub use exponent::{Exponent, Neighbours};
 pub use headline::{HeadlineRow, headline};
-pub use kept_run::{KeptReport, KeptReportEnd, KeptRun};
-pub use recorded::Recorded;
-pub(crate) use recorded::recorded;
-pub use saved_run::{SavedReport, SavedRun};
+pub(crate) use run::recorded;
+pub use run::{KeptReport, Recorded, SavedReport, SavedRun};
 pub use section::{LONGEST_PERIOD, RECURRENCE_TOLERANCE};
 pub use stability::Growth;
 pub use stability::Modes;

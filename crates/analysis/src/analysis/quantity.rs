@@ -17,17 +17,19 @@ pub struct Quantity {
     unit: &'static str,
     /// Description in words, with the paper's symbol.
     pub description: &'static str,
-    /// Whether a sweep stores it as int64, with `NO_COUNT` if missing; else it is float64 with NaN.
-    pub count: bool,
-    /// Codes and meanings of a coded count.
-    pub flags: &'static [(i64, &'static str)],
-    /// What it tells about.
+    kind: QuantityKind,
     subject: QuantitySubject,
-    /// Whether it describes the computation, which nobody measures.
-    computed: bool,
-    /// Result files that have it as an attribute of /stick_slip.
     files: ListedIn,
     get: fn(&Summary) -> Option<f64>,
+}
+
+/// A computed number or count describes the computation, which nobody measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum QuantityKind {
+    Number,
+    Count,
+    ComputedNumber,
+    ComputedCount,
 }
 
 /// What a number tells about.
@@ -42,7 +44,7 @@ enum QuantitySubject {
     Case,
 }
 
-/// Result files that list a number.
+/// Result files that have a number as an attribute of /stick_slip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ListedIn {
     None,
@@ -55,18 +57,6 @@ enum ListedIn {
 }
 
 impl Quantity {
-    const fn about(self, subject: QuantitySubject) -> Quantity {
-        Quantity { subject, ..self }
-    }
-
-    const fn computed(self) -> Quantity {
-        Quantity { computed: true, ..self }
-    }
-
-    const fn listed(self, files: ListedIn) -> Quantity {
-        Quantity { files, ..self }
-    }
-
     /// Unit (UDUNITS), with positions as angles or lengths.
     pub fn unit(&self, motion: Motion) -> &'static str {
         match (motion, self.unit) {
@@ -76,14 +66,28 @@ impl Quantity {
         }
     }
 
+    /// Whether a sweep stores it as int64, with `NO_COUNT` if missing; else it is float64 with NaN.
+    pub fn is_count(&self) -> bool {
+        matches!(self.kind, QuantityKind::Count | QuantityKind::ComputedCount)
+    }
+
+    /// Codes and meanings of a coded count; otherwise empty.
+    pub fn flags(&self) -> &'static [(i64, &'static str)] {
+        if self.name == "motion" { &MOTIONS } else { &[] }
+    }
+
+    fn is_computed(&self) -> bool {
+        matches!(self.kind, QuantityKind::ComputedNumber | QuantityKind::ComputedCount)
+    }
+
     /// Whether an experiment can give it.
     pub fn is_measured(&self) -> bool {
-        self.flags.is_empty() && !self.computed
+        self.flags().is_empty() && !self.is_computed()
     }
 
     /// Whether it tells about the motion, not about the computation or the case alone.
     pub fn is_result(&self) -> bool {
-        !self.computed && self.subject != QuantitySubject::Case
+        !self.is_computed() && self.subject != QuantitySubject::Case
     }
 
     /// Value in a sweep; `None` if the run has none.
@@ -122,6 +126,10 @@ fn extremes(summary: &Summary, of: fn(&Extremes) -> Option<f64>) -> Option<f64> 
     summary.attractor()?.extremes.as_ref().and_then(of)
 }
 
+fn flag(holds: bool) -> Option<f64> {
+    Some(f64::from(u8::from(holds)))
+}
+
 /// Code of a motion that ends in a stick.
 pub(crate) const STUCK: f64 = 1.0;
 
@@ -152,297 +160,126 @@ fn motion(summary: &Summary) -> Option<f64> {
     })
 }
 
-const fn number(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    get: fn(&Summary) -> Option<f64>,
-) -> Quantity {
-    Quantity {
-        name,
-        unit,
-        description,
-        count: false,
-        flags: &[],
-        subject: QuantitySubject::Run,
-        computed: false,
-        files: ListedIn::None,
-        get,
-    }
-}
-
-const fn count(name: &'static str, description: &'static str, get: fn(&Summary) -> Option<f64>) -> Quantity {
-    Quantity {
-        count: true,
-        ..number(name, "1", description, get)
-    }
+macro_rules! quantities {
+    ($s:ident: $($name:expr, $unit:literal, $kind:ident, $subject:ident, $files:ident: $about:literal => $get:expr;)*) => {
+        [$(Quantity {
+            name: $name,
+            unit: $unit,
+            description: $about,
+            kind: QuantityKind::$kind,
+            subject: QuantitySubject::$subject,
+            files: ListedIn::$files,
+            get: |$s| $get,
+        }),*]
+    };
 }
 
 /// Quantities of every run, in the order of the variables in a sweep file.
-pub const QUANTITIES: [Quantity; 41] = [
-    count("stick_count", "number of sticks", |s| Some(s.sticks as f64)).listed(ListedIn::All),
-    count("slip_count", "number of breakaways from stick", |s| {
-        Some(s.slips as f64)
-    })
-    .listed(ListedIn::All),
-    number("onset_time", "s", "time of the first stick", |s| s.onset_time).listed(ListedIn::All),
-    number(
-        "final_stick_time",
-        "s",
-        "begin of the stick in which the run ends",
-        |s| s.final_stick_time,
-    )
-    .listed(ListedIn::All),
-    number("first_stick_duration", "s", "duration of the first stick", |s| {
-        s.first_stick_duration
-    }),
-    number(
-        "last_stick_duration",
-        "s",
-        "duration of the last stick that ends",
-        |s| s.last_stick_duration,
-    ),
-    number("shortest_stick_duration", "s", "shortest stick that ends", |s| {
-        s.stick_duration_range.map(|r| r.0)
-    }),
-    number("longest_stick_duration", "s", "longest stick that ends", |s| {
-        s.stick_duration_range.map(|r| r.1)
-    }),
-    number(
-        "first_slip_duration",
-        "s",
-        "duration of the slip after the first stick",
-        |s| s.first_slip_duration,
-    ),
-    number(
-        "last_slip_duration",
-        "s",
-        "duration of the last slip between sticks",
-        |s| s.last_slip_duration,
-    ),
-    number("shortest_slip_duration", "s", "shortest slip between sticks", |s| {
-        s.slip_duration_range.map(|r| r.0)
-    }),
-    number("longest_slip_duration", "s", "longest slip between sticks", |s| {
-        s.slip_duration_range.map(|r| r.1)
-    }),
-    number("first_period", "s", "T_i, from the first stick to the second", |s| {
-        s.first_period
-    })
-    .listed(ListedIn::All),
-    number(
-        "last_period",
-        "s",
-        "T_f, from the last stick but one to the last",
-        |s| s.last_period,
-    )
-    .listed(ListedIn::All),
-    number("natural_period", "s", "T_n = 2 pi sqrt(J/k_t)", |s| s.natural_period)
-        .about(QuantitySubject::Case)
-        .listed(ListedIn::All),
-    number(
-        "instability_time",
-        "s",
-        "when steady sliding loses its stability",
-        |s| s.instability_time,
-    )
-    .about(QuantitySubject::Growth)
-    .listed(ListedIn::OfGrowth),
-    number(
-        "growth_exponent",
-        "1",
-        "G, e-folds that a perturbation could gain",
-        |s| s.growth_exponent,
-    )
-    .about(QuantitySubject::Amplification)
-    .listed(ListedIn::All),
-    number("growth_to_onset", "1", "the part of G up to the first stick", |s| {
-        s.growth_to_onset
-    })
-    .about(QuantitySubject::Amplification)
-    .listed(ListedIn::OfGrowth),
-    number(
-        "e_folds_gained",
-        "1",
-        "e-folds that the first kick gained until the first stick",
-        |s| s.e_folds_gained,
-    )
-    .about(QuantitySubject::Growth)
-    .listed(ListedIn::All),
-    count(
-        "noise_determined",
-        "1 if the stick-slip is amplified rounding, else 0",
-        |s| Some(f64::from(u8::from(s.noise_determined))),
-    )
-    .about(QuantitySubject::Amplification)
-    .computed()
-    .listed(ListedIn::OfGrowth),
-    count("kicks_never_given", "kicks after the end of the run", |s| {
-        Some(s.kicks_never_given as f64)
-    })
-    .computed(),
-    number("energy_residual", "J", "largest residual of the energy balance", |s| {
-        Some(s.energy_residual)
-    })
-    .computed()
-    .listed(ListedIn::All),
-    count("steps", "steps of all solvers", |s| {
-        Some(s.work.iter().map(|w| w.steps as f64).sum())
-    })
-    .computed(),
-    count("rhs_evaluations", "right-hand sides of all solvers", |s| {
-        Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum())
-    })
-    .computed(),
-    count("jacobian_evaluations", "Jacobians of all solvers", |s| {
-        Some(s.work.iter().map(|w| w.jacobian_evaluations as f64).sum())
-    })
-    .computed(),
-    Quantity {
-        flags: &MOTIONS,
-        ..count("motion", "attractor: the motion at the end of the run", motion)
-    },
-    count("event_count", "number of events", |s| Some(s.events as f64)),
-    number(
-        "attractor_period",
-        "s",
-        "period of the attractor, NaN where the motion does not repeat itself",
-        |s| attractor(s, |a| a.period),
-    )
-    .listed(ListedIn::OfAttractors),
-    count("attractor_sticks", "sticks in a period of that motion", |s| {
-        attractor(s, |a| a.sticks as f64)
-    })
-    .listed(ListedIn::OfAttractors),
-    number(
-        "attractor_agreement",
-        "1",
-        "relative difference of its last two cycles",
-        |s| attractor(s, |a| a.agreement),
-    )
-    .computed()
-    .listed(ListedIn::OfAttractors),
-    number(
-        "attractor_distance",
-        "1",
-        "relative distance of the last cycle from the periodic motion",
-        |s| attractor(s, |a| a.distance),
-    )
-    .computed()
-    .listed(ListedIn::OfAttractors),
-    number(
-        "attractor_since",
-        "s",
-        "when two successive cycles had come to agree",
-        |s| attractor(s, |a| a.since),
-    )
-    .computed()
-    .listed(ListedIn::OfAttractors),
-    number(
-        "attractor_amplitude",
-        "rad",
-        "half of the range of the position over a period",
-        |s| extremes(s, |e| e.amplitude),
-    )
-    .listed(ListedIn::OfAttractors),
-    number("attractor_position_min", "rad", "least position over a period", |s| {
-        extremes(s, |e| Some(e.position.0))
-    })
-    .listed(ListedIn::OfAttractors),
-    number("attractor_position_max", "rad", "largest position over a period", |s| {
-        extremes(s, |e| Some(e.position.1))
-    })
-    .listed(ListedIn::OfAttractors),
-    number(
-        "attractor_relative_velocity_min",
-        "rad s-1",
-        "least relative velocity omega_r over a period",
-        |s| extremes(s, |e| Some(e.relative_velocity.0)),
-    )
-    .listed(ListedIn::OfAttractors),
-    number(
-        "attractor_relative_velocity_max",
-        "rad s-1",
-        "largest relative velocity omega_r over a period",
-        |s| extremes(s, |e| Some(e.relative_velocity.1)),
-    )
-    .listed(ListedIn::OfAttractors),
-    number(
-        "stick_threshold",
-        "rad s-1",
-        "speed below which a contact without stick counts as stuck; NaN if the contact sticks",
-        |s| s.stick_threshold,
-    )
-    .computed()
-    .listed(ListedIn::OfAttractors),
-    number(
-        "last_event_time",
-        "s",
-        "time of the last stick, slip, reversal, separation or contact",
-        |s| s.last_event_time,
-    ),
-    number("end_time", "s", "time at which the run ends", |s| Some(s.end)).computed(),
-    number(
-        "dissipated_energy",
-        "J",
-        "energy that friction has turned into heat by the end of the run",
-        |s| s.dissipated_energy,
-    )
-    .listed(ListedIn::All),
-];
+pub const QUANTITIES: [Quantity; 41] = quantities! { s:
+    "stick_count", "1", Count, Run, All:
+        "number of sticks" => Some(s.sticks as f64);
+    "slip_count", "1", Count, Run, All:
+        "number of breakaways from stick" => Some(s.slips as f64);
+    "onset_time", "s", Number, Run, All:
+        "time of the first stick" => s.onset_time;
+    "final_stick_time", "s", Number, Run, All:
+        "begin of the stick in which the run ends" => s.final_stick_time;
+    "first_stick_duration", "s", Number, Run, None:
+        "duration of the first stick" => s.first_stick_duration;
+    "last_stick_duration", "s", Number, Run, None:
+        "duration of the last stick that ends" => s.last_stick_duration;
+    "shortest_stick_duration", "s", Number, Run, None:
+        "shortest stick that ends" => s.stick_duration_range.map(|r| r.0);
+    "longest_stick_duration", "s", Number, Run, None:
+        "longest stick that ends" => s.stick_duration_range.map(|r| r.1);
+    "first_slip_duration", "s", Number, Run, None:
+        "duration of the slip after the first stick" => s.first_slip_duration;
+    "last_slip_duration", "s", Number, Run, None:
+        "duration of the last slip between sticks" => s.last_slip_duration;
+    "shortest_slip_duration", "s", Number, Run, None:
+        "shortest slip between sticks" => s.slip_duration_range.map(|r| r.0);
+    "longest_slip_duration", "s", Number, Run, None:
+        "longest slip between sticks" => s.slip_duration_range.map(|r| r.1);
+    "first_period", "s", Number, Run, All:
+        "T_i, from the first stick to the second" => s.first_period;
+    "last_period", "s", Number, Run, All:
+        "T_f, from the last stick but one to the last" => s.last_period;
+    "natural_period", "s", Number, Case, All:
+        "T_n = 2 pi sqrt(J/k_t)" => s.natural_period;
+    "instability_time", "s", Number, Growth, OfGrowth:
+        "when steady sliding loses its stability" => s.instability_time;
+    "growth_exponent", "1", Number, Amplification, All:
+        "G, e-folds that a perturbation could gain" => s.growth_exponent;
+    "growth_to_onset", "1", Number, Amplification, OfGrowth:
+        "the part of G up to the first stick" => s.growth_to_onset;
+    "e_folds_gained", "1", Number, Growth, All:
+        "e-folds that the first kick gained until the first stick" => s.e_folds_gained;
+    "noise_determined", "1", ComputedCount, Amplification, OfGrowth:
+        "1 if the stick-slip is amplified rounding, else 0" => flag(s.noise_determined);
+    "kicks_never_given", "1", ComputedCount, Run, None:
+        "kicks after the end of the run" => Some(s.kicks_never_given as f64);
+    "energy_residual", "J", ComputedNumber, Run, All:
+        "largest residual of the energy balance" => Some(s.energy_residual);
+    "steps", "1", ComputedCount, Run, None:
+        "steps of all solvers" => Some(s.work.iter().map(|w| w.steps as f64).sum());
+    "rhs_evaluations", "1", ComputedCount, Run, None:
+        "right-hand sides of all solvers" => Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum());
+    "jacobian_evaluations", "1", ComputedCount, Run, None:
+        "Jacobians of all solvers" => Some(s.work.iter().map(|w| w.jacobian_evaluations as f64).sum());
+    "motion", "1", Count, Run, None:
+        "attractor: the motion at the end of the run" => motion(s);
+    "event_count", "1", Count, Run, None:
+        "number of events" => Some(s.events as f64);
+    "attractor_period", "s", Number, Run, OfAttractors:
+        "period of the attractor, NaN where the motion does not repeat itself" => attractor(s, |a| a.period);
+    "attractor_sticks", "1", Count, Run, OfAttractors:
+        "sticks in a period of that motion" => attractor(s, |a| a.sticks as f64);
+    "attractor_agreement", "1", ComputedNumber, Run, OfAttractors:
+        "relative difference of its last two cycles" => attractor(s, |a| a.agreement);
+    "attractor_distance", "1", ComputedNumber, Run, OfAttractors:
+        "relative distance of the last cycle from the periodic motion" => attractor(s, |a| a.distance);
+    "attractor_since", "s", ComputedNumber, Run, OfAttractors:
+        "when two successive cycles had come to agree" => attractor(s, |a| a.since);
+    "attractor_amplitude", "rad", Number, Run, OfAttractors:
+        "half of the range of the position over a period" => extremes(s, |e| e.amplitude);
+    "attractor_position_min", "rad", Number, Run, OfAttractors:
+        "least position over a period" => extremes(s, |e| Some(e.position.0));
+    "attractor_position_max", "rad", Number, Run, OfAttractors:
+        "largest position over a period" => extremes(s, |e| Some(e.position.1));
+    "attractor_relative_velocity_min", "rad s-1", Number, Run, OfAttractors:
+        "least relative velocity omega_r over a period" => extremes(s, |e| Some(e.relative_velocity.0));
+    "attractor_relative_velocity_max", "rad s-1", Number, Run, OfAttractors:
+        "largest relative velocity omega_r over a period" => extremes(s, |e| Some(e.relative_velocity.1));
+    "stick_threshold", "rad s-1", ComputedNumber, Run, OfAttractors:
+        "speed below which a contact without stick counts as stuck; NaN if the contact sticks" => s.stick_threshold;
+    "last_event_time", "s", Number, Run, None:
+        "time of the last stick, slip, reversal, separation or contact" => s.last_event_time;
+    "end_time", "s", ComputedNumber, Run, None:
+        "time at which the run ends" => Some(s.end);
+    "dissipated_energy", "J", Number, Run, All:
+        "energy that friction has turned into heat by the end of the run" => s.dissipated_energy;
+};
 
 /// Quantities of result files that are no columns of a sweep.
-const OF_FILES: [Quantity; 6] = [
-    number(
-        TURNOVER,
-        "J",
-        "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work",
-        |s| Some(s.energy_turnover),
-    )
-    .listed(ListedIn::All),
-    number(
-        "kick_above_noise",
-        "1",
-        "e-folds by which the kick exceeds rounding at the first stick; negative: it has decayed below rounding",
-        |s| s.kick_above_noise,
-    )
-    .listed(ListedIn::OfGrowth),
-    number(
-        "attractor_forcing_periods",
-        "1",
-        "periods of the forcing in a period, where these are its sections",
-        |s| {
-            s.attractor()
-                .and_then(|a| a.forcing_periods)
-                .map(|periods| periods as f64)
-        },
-    )
-    .listed(ListedIn::OfAttractors),
-    number(
-        "steady_sliding",
-        "1",
-        "1 if the contact slides at the end while all states are constant; else 0",
-        |s| {
-            let is_steady = matches!(s.outcome, Some(Outcome::Steady { constant: true, .. }));
-            Some(f64::from(u8::from(is_steady)))
-        },
-    )
-    .listed(ListedIn::OfAttractors),
-    number(
-        "lyapunov_exponent",
-        "s-1",
-        "largest Lyapunov exponent of a motion without a period, NaN where it was not computed",
-        |s| s.exponent.map(|e| e.value),
-    )
-    .listed(ListedIn::OfAttractors),
-    number(
-        "lyapunov_uncertainty",
-        "s-1",
-        "standard error of lyapunov_exponent",
-        |s| s.exponent.map(|e| e.uncertainty),
-    )
-    .listed(ListedIn::OfAttractors),
-];
+const OF_FILES: [Quantity; 6] = quantities! { s:
+    TURNOVER, "J", Number, Run, All:
+        "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work"
+        => Some(s.energy_turnover);
+    "kick_above_noise", "1", Number, Run, OfGrowth:
+        "e-folds by which the kick exceeds rounding at the first stick; negative: it has decayed below rounding"
+        => s.kick_above_noise;
+    "attractor_forcing_periods", "1", Number, Run, OfAttractors:
+        "periods of the forcing in a period, where these are its sections"
+        => s.attractor().and_then(|a| a.forcing_periods).map(|n| n as f64);
+    "steady_sliding", "1", Number, Run, OfAttractors:
+        "1 if the contact slides at the end while all states are constant; else 0"
+        => flag(matches!(s.outcome, Some(Outcome::Steady { constant: true, .. })));
+    "lyapunov_exponent", "s-1", Number, Run, OfAttractors:
+        "largest Lyapunov exponent of a motion without a period, NaN where it was not computed"
+        => s.exponent.map(|e| e.value);
+    "lyapunov_uncertainty", "s-1", Number, Run, OfAttractors:
+        "standard error of lyapunov_exponent" => s.exponent.map(|e| e.uncertainty);
+};
 
 /// Attribute of /stick_slip with the energy turned over.
 pub(super) const TURNOVER: &str = "energy_turnover";
@@ -459,17 +296,15 @@ pub(super) fn table(summary: &Summary, motion: Motion, growth: bool) -> StickSli
         ListedIn::OfAttractors => !growth || summary.attractor().is_some(),
     };
     let attribute = |one: &Quantity| Extra {
-        name: if one.name == "energy_residual" {
-            RESIDUAL
-        } else {
-            one.name
-        }
-        .to_owned(),
+        name: match one.name {
+            "energy_residual" => RESIDUAL.to_owned(),
+            name => name.to_owned(),
+        },
         unit: one.unit(motion).to_owned(),
         description: one.description.to_owned(),
         value: (one.get)(summary).unwrap_or(f64::NAN),
         // Other counts may be missing, and are doubles with NaN.
-        whole: one.count && one.files == ListedIn::All,
+        whole: one.is_count() && one.files == ListedIn::All,
     };
     let all = QUANTITIES.iter().chain(&OF_FILES);
     StickSlipTable {

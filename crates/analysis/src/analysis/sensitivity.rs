@@ -15,7 +15,6 @@ use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::OutputOptions;
 use stickslip_engine::workers::over_processors;
-use stickslip_files::{Addition, FileColumn};
 use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{Event, EventKind};
@@ -36,7 +35,7 @@ const ROUNDING: f64 = 16.0;
 /// A result is independent of a parameter if a relative change of 1 would change it by less than this fraction.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Outcome of a rerun.
+/// Outcome of a rerun. The discriminants are the codes of result files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RerunOutcome {
@@ -59,35 +58,20 @@ pub enum RerunOutcome {
 }
 
 impl RerunOutcome {
-    /// All outcomes, in the order of their codes.
-    pub const ALL: [RerunOutcome; 8] = [
-        RerunOutcome::SameEvents,
-        RerunOutcome::OtherEvents,
-        RerunOutcome::NoiseDetermined,
-        RerunOutcome::NoFinalStick,
-        RerunOutcome::Invalid,
-        RerunOutcome::Failed,
-        RerunOutcome::TooLong,
-        RerunOutcome::NoPeriod,
+    const WORDS: [(i8, &str); 8] = [
+        (0, "same-events"),
+        (1, "other-events"),
+        (2, "noise-determined"),
+        (3, "no-final-stick"),
+        (4, "invalid"),
+        (5, "failed"),
+        (6, "too-long"),
+        (7, "no-period"),
     ];
-
-    /// Code in result files.
-    pub fn code(self) -> i8 {
-        self as i8
-    }
 
     /// Name in result files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            RerunOutcome::SameEvents => "same-events",
-            RerunOutcome::OtherEvents => "other-events",
-            RerunOutcome::NoiseDetermined => "noise-determined",
-            RerunOutcome::NoFinalStick => "no-final-stick",
-            RerunOutcome::Invalid => "invalid",
-            RerunOutcome::Failed => "failed",
-            RerunOutcome::TooLong => "too-long",
-            RerunOutcome::NoPeriod => "no-period",
-        }
+        RerunOutcome::WORDS[self as usize].1
     }
 }
 
@@ -131,14 +115,13 @@ impl Affected {
         }
     }
 
-    /// Possible outcomes of a rerun.
-    pub fn outcomes(self) -> Vec<RerunOutcome> {
-        let possible = |outcome: &RerunOutcome| match outcome {
-            RerunOutcome::NoPeriod => self == Affected::AttractorPeriod,
-            RerunOutcome::NoFinalStick => self == Affected::FinalStick,
+    /// Codes and names of the possible outcomes of a rerun.
+    pub(super) fn outcomes(self) -> impl Iterator<Item = (i8, &'static str)> {
+        RerunOutcome::WORDS.into_iter().filter(move |outcome| match outcome.1 {
+            "no-period" => self == Affected::AttractorPeriod,
+            "no-final-stick" => self == Affected::FinalStick,
             _ => true,
-        };
-        RerunOutcome::ALL.into_iter().filter(possible).collect()
+        })
     }
 }
 
@@ -604,73 +587,6 @@ impl Differentiated<'_> {
         }
         remarks
     }
-}
-
-/// Adds the effects of half a unit in the last digit to a file's group; missing values without `found`.
-pub fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Affected, parameters: usize) {
-    const NONE: i8 = -1;
-    let row = |column: usize| found.map(|found| &found.rows[column]);
-    let numbers = |name: &str, unit: &str, long_name: &str, of: &dyn Fn(&Sensitivity) -> Option<f64>| {
-        let value = |column| row(column).and_then(of).unwrap_or(f64::NAN);
-        FileColumn::numbers(name, unit, long_name, (0..parameters).map(value))
-    };
-    let rerun =
-        |column: usize, side: usize| -> Option<&SensitivityRerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
-    group.attribute("held", found.map_or("", |found| &found.held));
-    let without_reruns = match found {
-        Some(found) => found.without_reruns.clone().unwrap_or_default(),
-        None => format!("no {} that is converged", of.words().trim_start_matches("the ")),
-    };
-    group.attribute("without_reruns", without_reruns);
-    let long_name =
-        "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)";
-    let mut columns = vec![numbers("half_last_digit", "1", long_name, &|row| {
-        row.parameter.half_last_digit
-    })];
-    let outcomes = of.outcomes().into_iter().map(|o| (o.code(), o.name()));
-    let words: Vec<(i64, String)> = [(NONE, "not-made")]
-        .into_iter()
-        .chain(outcomes)
-        .map(|(code, word)| (code.into(), word.to_owned()))
-        .collect();
-    for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
-        let shifts = format!("{} with the parameter half_last_digit {where_to}, by a run", of.shift());
-        columns.push(numbers(&format!("shift_{name}"), "s", &shifts, &|row| {
-            row.reruns.as_ref()?[side].shift
-        }));
-        let outcome = |column| rerun(column, side).map_or(NONE, |rerun| rerun.outcome.code());
-        let outcomes = (0..parameters).map(outcome);
-        columns.push(FileColumn::codes(
-            &format!("outcome_{name}"),
-            "what that run came to",
-            outcomes,
-            words.clone(),
-        ));
-        let sticks = |column| {
-            rerun(column, side)
-                .and_then(|rerun| rerun.sticks)
-                .map_or(-1, |sticks| sticks as i64)
-        };
-        let long_name = "number of sticks of that run; -1 without one";
-        columns.push(FileColumn::counts(
-            &format!("sticks_{name}"),
-            long_name,
-            (0..parameters).map(sticks),
-        ));
-    }
-    let nonlinear = |column| row(column).and_then(Sensitivity::nonlinear).map_or(NONE, i8::from);
-    let long_name =
-        "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events";
-    let words = [(-1, "unknown"), (0, "linear"), (1, "nonlinear")].map(|(code, word)| (code, word.to_owned()));
-    columns.push(FileColumn::codes(
-        "nonlinear",
-        long_name,
-        (0..parameters).map(nonlinear),
-        words.to_vec(),
-    ));
-    columns
-        .into_iter()
-        .for_each(|column| group.over(&["parameter"], column));
 }
 
 /// First difference in the counts of two sequences, such as "51 sticks instead of 54".

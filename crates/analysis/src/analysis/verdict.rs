@@ -18,21 +18,12 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// All verdicts, in the order of their codes.
-    pub const ALL: [Verdict; 3] = [Verdict::Converged, Verdict::NoiseDetermined, Verdict::SequenceDiffers];
-
-    /// Code in result files.
-    pub fn code(self) -> i8 {
-        self as i8
-    }
+    /// Codes and names in result files and reports.
+    pub const WORDS: [(i8, &'static str); 3] = [(0, "converged"), (1, "noise-determined"), (2, "sequence-differs")];
 
     /// Name in result files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Converged => "converged",
-            Verdict::NoiseDetermined => "noise-determined",
-            Verdict::SequenceDiffers => "sequence-differs",
-        }
+        Verdict::WORDS[self as usize].1
     }
 }
 

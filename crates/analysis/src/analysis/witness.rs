@@ -3,7 +3,6 @@
 //! A witness is no certificate: it is one method at one tolerance, and rounding that all methods share remains. But it
 //! tells a result that two solvers share from an artefact of one solver.
 
-use super::finer::{finer_settings, promised};
 pub use super::sequence::{OtherStability, Sequence};
 use super::warning::Warning;
 use serde::Serialize;
@@ -14,6 +13,7 @@ use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural
 use stickslip_files::schema::{WITNESS_TIME, group};
 use stickslip_files::{Addition, AttributeValue, FileColumn, quantity};
 use stickslip_system::model::margin;
+use stickslip_system::model::system::System;
 use stickslip_system::quote::bound;
 
 /// Limit of a witness: a second or two for a brake. A limit in steps gives the same report on every machine.
@@ -319,4 +319,78 @@ fn takes_too_long(case: &Case, method: Method, result: &Sequence) -> bool {
     let slows_down = margin::resistance(&case.system).is_ok();
     let resolved = if slows_down { result.resolved } else { result.slid };
     period.is_some_and(|period| resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
+}
+
+/// Expected distance between events of the default method and of an independent method, s.
+const PROMISED: f64 = 1e-9;
+
+/// Steps per natural period of a rerun. Longer steps miss short sticks.
+const FINER_STEPS_PER_PERIOD: f64 = 50.0;
+
+fn promised(solver: &SolverOptions) -> f64 {
+    PROMISED * (solver.rtol / SolverOptions::default().rtol).max(1.0)
+}
+
+/// Settings to try if `cvode` and its witness differ: first the default tolerance, then shorter steps as well. Results
+/// of other methods are studied as they are; `series` gains nothing.
+fn finer_settings(solver: &SolverOptions, system: &System) -> Vec<SolverOptions> {
+    if solver.method != Method::Cvode {
+        return Vec::new();
+    }
+    let finer = SolverOptions {
+        rtol: solver.rtol.min(SolverOptions::default().rtol),
+        ..solver.clone()
+    };
+    let step = natural_period(system).map(|period| period / FINER_STEPS_PER_PERIOD);
+    let finest = SolverOptions {
+        max_step: step.into_iter().chain(solver.max_step).reduce(f64::min),
+        ..finer.clone()
+    };
+    let mut settings = vec![finer, finest];
+    settings.retain(|settings| settings != solver);
+    settings
+}
+
+fn in_words(settings: &SolverOptions, own: &SolverOptions) -> String {
+    let rtol = (settings.rtol != own.rtol).then(|| format!("solver.rtol={:e}", settings.rtol));
+    let step = settings.max_step.filter(|_| settings.max_step != own.max_step);
+    let step = step.map(|step| format!("solver.max_step={step:.3e}"));
+    rtol.into_iter().chain(step).collect::<Vec<_>>().join(", ")
+}
+
+/// First of the [`finer_settings`] with which run and witness agree, and the reason. `None` if none helps, if the
+/// first run agrees or has a budget, or if `stop` returns `true`.
+pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) -> Option<(Case, String)> {
+    // A budget leaves no time for another run.
+    let budget = case.solver.max_steps.is_some() || case.solver.max_wall_time.is_some();
+    if budget || first.agrees(&case.solver) {
+        return None;
+    }
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    finer_settings(&case.solver, &case.system)
+        .into_iter()
+        .find_map(|settings| {
+            let mut sequence = Sequence::default();
+            let bounded = SolverOptions {
+                max_steps: Some(MOST_STEPS),
+                ..settings.clone()
+            };
+            let run = Run::new(case)
+                .solver(&bounded)
+                .output(&output)
+                .record(&mut sequence)
+                .stop(stop);
+            if !run.start().is_ok_and(|report| !report.interrupted) {
+                return None;
+            }
+            let mut finer = case.clone();
+            finer.solver.clone_from(&settings);
+            let found = witness(&finer, &sequence, false, stop)?;
+            let helps = found.testimony == Testimony::SameSequence && found.agrees(&finer.solver);
+            helps.then(|| {
+                let (words, statement) = (in_words(&settings, &case.solver), &first.statement);
+                let reason = format!("repeated with {words}; at first: {statement}");
+                (finer, reason)
+            })
+        })
 }
