@@ -356,11 +356,8 @@ impl Reference {
         if let Some(pass) = states.as_ref().map(|states| &states.pass) {
             let together = [Phase::Sliding, Phase::StickSlip, Phase::After];
             let of_channel = |(k, &channel): (usize, &Channel)| {
-                diagnosis::unit_of_channel(
-                    channel,
-                    physics.vocabulary(),
-                    &together.map(|phase| pass.tallies(phase)[k]),
-                )
+                let tallies = together.map(|phase| pass.tallies(phase)[k]);
+                diagnosis::unit_of_channel(channel, physics.vocabulary(), &tallies)
             };
             unit_faults.extend(pass.channels.iter().enumerate().filter_map(of_channel));
         }
@@ -402,13 +399,12 @@ impl Reference {
                 // The events of a solver that switches at samples are uncertain by some intervals, whatever the bounds
                 // are.
                 bound: match events_given {
-                    true => AGREED,
+                    true => AGREED.max(floor),
                     false => bounds
                         .iter()
-                        .copied()
-                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), f64::max),
-                }
-                .max(floor),
+                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), |a, b| a.max(*b))
+                        .max(floor),
+                },
                 rounding: self.rounding(&candidate, &survey),
                 worst: match alignment.differences.iter().all(|d| d.shorter_than_interval) {
                     true => errors.max,
@@ -551,26 +547,22 @@ impl Reference {
     fn detection(&self, candidate: &Candidate, mapping: &Mapping) -> Result<Detection, CompareError> {
         // A contact without stick has one threshold for the beginning and the end of a stick.
         let threshold = self.physics.threshold();
+        let refused =
+            |place: &str, what: &str, remedy: &str| Err(CompareError::content(&candidate.path, place, what, remedy));
         if threshold.is_some() && mapping.hysteresis.is_some() {
-            return Err(CompareError::content(
-                &candidate.path,
-                "hysteresis",
-                "the contact of the reference has no stick, and its events are the crossings of one threshold",
-                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
-            ));
+            let what = "the contact of the reference has no stick, and its events are the crossings of one threshold";
+            let remedy = "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold";
+            return refused("hysteresis", what, remedy);
         }
         if let Some(tolerance) = mapping.velocity_tolerance.filter(|_| candidate.events.is_none()) {
             let largest = self.largest_speed()?.max(LEAST_SPEED);
             if tolerance > largest {
                 let unit = self.physics.vocabulary().unit(Channel::RELATIVE_VELOCITY);
-                return Err(CompareError::content(
-                    &candidate.path,
-                    "velocity tolerance",
-                    format!(
-                        "at {tolerance:.3e} {unit} every slip is a stick: the reference is never faster than {largest:.3e} {unit}"
-                    ),
-                    "give a --velocity-tolerance that only a contact at rest is below",
-                ));
+                let what = format!(
+                    "at {tolerance:.3e} {unit} every slip is a stick: the reference is never faster than {largest:.3e} {unit}"
+                );
+                let remedy = "give a --velocity-tolerance that only a contact at rest is below";
+                return refused("velocity tolerance", &what, remedy);
             }
         }
         // Rounding of a relative velocity of zero, with a margin.
@@ -716,9 +708,7 @@ impl Reference {
                 passes.jump.add(&block);
                 passes.observation.add(&block);
             }
-            if let Some(impulses) = &mut impulses {
-                impulses.add(&block)?;
-            }
+            impulses.as_mut().map_or(Ok(()), |impulses| impulses.add(&block))?;
             if let Some(columns) = &state_columns {
                 for (row, &time) in block.time.iter().enumerate() {
                     physics.set(&mut y, |k| block.columns[columns[k]][row]);
@@ -726,15 +716,9 @@ impl Reference {
                     energy.add(time, &y);
                 }
             }
-            if let Some(score) = &mut score {
-                score.add(&block)?;
-            }
-            if let Some(hysteresis) = &mut hysteresis {
-                hysteresis.add(&block);
-            }
-            if let Some((column, range)) = &mut range {
-                range.add(&block, *column);
-            }
+            score.as_mut().map_or(Ok(()), |score| score.add(&block))?;
+            hysteresis.iter_mut().for_each(|hysteresis| hysteresis.add(&block));
+            range.iter_mut().for_each(|(column, range)| range.add(&block, *column));
             progress(block.time[block.time.len() - 1]);
         }
         Ok(States {

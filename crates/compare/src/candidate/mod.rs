@@ -33,7 +33,7 @@ const HEAD: u64 = 512;
 
 const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Candidate {
     pub path: PathBuf,
     /// "result file", "HDF5", "CSV", "NPZ" or "events table".
@@ -80,14 +80,11 @@ impl Candidate {
     fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
         let case = saved_case(path, &file)?;
         let events = file.events()?;
-        let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
-        let case = &case;
-        let system = &case.system;
         if case.motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
-            return refuse(what, "compare runs of one motion");
+            return Err(CompareError::whole(path, what, "compare runs of one motion"));
         }
-        let axial = matches!(system.pressing, Pressing::Axial { .. });
+        let axial = matches!(case.system.pressing, Pressing::Axial { .. });
         let is_there = |channel: &Channel| match channel {
             _ if channel.is_axial() => axial,
             _ => file.column(&channel.name(), 0..0).is_ok(),
@@ -97,8 +94,8 @@ impl Candidate {
         for channel in physics.vocabulary().channels().filter(is_there) {
             candidate.take(channel, channel.name().into_owned(), 1.0);
         }
-        candidate.events = Some(events::own(path, &events, system.radius)?);
-        candidate.differences = Some(case_differences(&physics.case, case));
+        candidate.events = Some(events::own(path, &events, case.system.radius)?);
+        candidate.differences = Some(case_differences(&physics.case, &case));
         candidate.attractor = ComparedAttractor::of_file(&file)?;
         candidate.table = Some(own_table(file, &candidate.columns));
         Ok(candidate)
@@ -108,18 +105,7 @@ impl Candidate {
         Candidate {
             path: path.to_owned(),
             format,
-            columns: Vec::new(),
-            clock: Clock::seconds(),
-            clock_rounds: false,
-            digital: Vec::new(),
-            events_rounding: None,
-            supplies: Vec::new(),
-            direct: Vec::new(),
-            left_out: Vec::new(),
-            events: None,
-            differences: None,
-            attractor: None,
-            table: None,
+            ..Candidate::default()
         }
     }
 
@@ -326,7 +312,7 @@ impl Candidate {
     }
 
     pub fn has(&self, channel: Channel) -> bool {
-        self.supplies.iter().any(|supply| supply.channel == channel)
+        self.supply(channel).is_some()
     }
 
     /// Whether a channel follows from its columns alone, without the reference's motion of a driven end.
@@ -334,53 +320,43 @@ impl Candidate {
         self.has(channel) && self.drive_of(channel).is_empty()
     }
 
+    fn supply(&self, channel: Channel) -> Option<&Supply> {
+        self.supplies.iter().find(|supply| supply.channel == channel)
+    }
+
     /// Channels and factors of which a channel is the sum, beside the motion of driven ends; empty if it is a column of
     /// the file.
     pub fn sum_of(&self, channel: Channel) -> Vec<(Channel, f64)> {
-        let of_column = |column: usize| {
+        let term = |&(column, factor): &(usize, f64)| {
             let is_column = |supply: &&Supply| !supply.is_computed() && supply.terms()[0].0 == column;
-            self.supplies.iter().find(is_column)
+            let direct = self.supplies.iter().find(is_column)?;
+            (direct.channel != channel).then_some((direct.channel, factor / direct.terms()[0].1))
         };
-        let Some(supply) = self.supplies.iter().find(|supply| supply.channel == channel) else {
-            return Vec::new();
-        };
-        let of = supply.terms().iter().map(|&(column, factor)| {
-            let direct = of_column(column)?;
-            Some((direct.channel, factor / direct.terms()[0].1))
-        });
-        let of: Vec<(Channel, f64)> = of.collect::<Option<_>>().unwrap_or_default();
-        if of.iter().any(|(term, _)| *term == channel) {
-            Vec::new()
-        } else {
-            of
-        }
+        let terms = self.supply(channel).map_or(&[][..], Supply::terms);
+        terms.iter().map(term).collect::<Option<_>>().unwrap_or_default()
     }
 
     /// The motion of driven ends in a channel, which the reference supplies.
     pub fn drive_of(&self, channel: Channel) -> &[(Known, f64)] {
-        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
-        supply.map_or(&[], Supply::drive)
+        self.supply(channel).map_or(&[], Supply::drive)
     }
 
     /// Error bound of a channel at this value due to rounding in the file; 0 for a missing channel.
     pub fn rounding_of(&self, channel: Channel, value: f64) -> f64 {
-        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
-        supply.map_or(0.0, |supply| supply.rounding(value, &self.digital))
+        self.supply(channel)
+            .map_or(0.0, |supply| supply.rounding(value, &self.digital))
     }
 
     /// Error of a channel due to rounded times (s, up to `to`), at which the reference supplies the motion of its driven
     /// ends.
     pub fn clock_error_of(&self, channel: Channel, physics: &Physics, (from, to): (f64, f64)) -> f64 {
         let rounding = self.clock.rounding.filter(|_| self.clock_rounds);
-        let supply = self
-            .supplies
-            .iter()
-            .find(|supply| supply.channel == channel && !supply.drive().is_empty());
-        let error = rounding.zip(supply).map(|(rounding, supply)| {
-            let quantum = self.clock.quantum(rounding, to);
-            0.5 * supply.change_of_drive(physics, (from, to), quantum)
-        });
-        error.unwrap_or(0.0)
+        let supply = self.supply(channel).filter(|supply| !supply.drive().is_empty());
+        let Some((rounding, supply)) = rounding.zip(supply) else {
+            return 0.0;
+        };
+        let quantum = self.clock.quantum(rounding, to);
+        0.5 * supply.change_of_drive(physics, (from, to), quantum)
     }
 
     /// The coarsest rounding, relative to the values, of the columns behind `channels`; `None` for doubles.
@@ -395,16 +371,13 @@ impl Candidate {
     }
 
     pub fn rows<'a>(&'a self, channels: &[Channel], physics: &'a Physics) -> Result<Rows<'a>, CompareError> {
-        let none = || {
-            CompareError::whole(
-                &self.path,
-                "has events but no samples",
-                "give a time series to compare states",
-            )
-        };
+        let remedy = "give a time series to compare states";
+        let none = || CompareError::whole(&self.path, "has events but no samples", remedy);
         let table = self.table.as_ref().ok_or_else(none)?;
-        let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
-        let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
+        let supplies = channels
+            .iter()
+            .filter_map(|&channel| self.supply(channel).cloned())
+            .collect();
         Rows::new(table, &self.columns, &self.clock, supplies, physics)
     }
 }
