@@ -5,7 +5,7 @@ use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, ove
 use super::plot::{self, figure_target};
 use super::progress::{Bar, BarKind};
 use super::{CommandEnd, CommandError, complain, interrupted, strictly, tell};
-use crate::plot::onset;
+use crate::plot::accuracy;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -178,7 +178,7 @@ fn draw(
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };
-    plot::draw(&onset::figure(&case.title, &onsets), target, String::new())?;
+    plot::draw(&accuracy::onset_figure(&case.title, &onsets), target, String::new())?;
     Ok(Some(onsets))
 }
 

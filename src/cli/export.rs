@@ -166,7 +166,7 @@ fn without(left_out: &[String]) -> String {
 }
 
 fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
-    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
+    let (Some((from, to)), Some((start, end))) = (options.window, file.span()?) else {
         return Ok(());
     };
     let beyond = |asked: f64, past: bool| asked.is_finite() && past;

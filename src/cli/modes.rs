@@ -34,7 +34,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEn
     };
     if let Some(target) = target {
         draw(
-            &crate::plot::modes::figure(title, case.motion(), slowing),
+            &crate::plot::law::modes_figure(title, case.motion(), slowing),
             target,
             String::new(),
         )?;

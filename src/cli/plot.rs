@@ -11,8 +11,8 @@ use crate::plot::comparison::DrawnCandidate;
 use crate::plot::entry::{CatalogueEntry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
-    self, Drawing, DrawnRun, Figure, Layout, PlotError, certified, own, page, portraits, signature, studies, style,
-    work_precision,
+    self, Drawing, DrawnRun, Figure, Layout, PlotError, accuracy, certified, own, page, portraits, signature, studies,
+    style,
 };
 use crate::report::{DistributionSummary, Page, PageTable, Report, distribution};
 use serde::Serialize;
@@ -344,7 +344,7 @@ fn all_listed() -> Vec<ListedFigure> {
         .chain(&branches::ENTRIES)
         .map(|e| listed(e.name, e.title, e.paper_figure, e.of));
     let title = "Error against work, by method";
-    let last = listed(work_precision::NAME, title, None, "work-precision study");
+    let last = listed(accuracy::WORK_PRECISION, title, None, "work-precision study");
     of_runs.chain(of_studies).chain([last]).collect()
 }
 

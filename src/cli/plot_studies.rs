@@ -2,8 +2,8 @@
 
 use super::arguments::PlotOptions;
 use crate::plot::branches::{self, Branches};
-use crate::plot::studies::{self, Choice, StudyQuantity};
-use crate::plot::{Figure, PlotError, work_precision};
+use crate::plot::studies::{self, Choice, StudyColumn};
+use crate::plot::{Figure, PlotError, accuracy};
 use serde::Serialize;
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::Distribution;
@@ -22,7 +22,7 @@ pub(super) struct Chosen {
     pub figures: Vec<Figure>,
     pub not_drawn: Vec<NotDrawn>,
     pub sampling: Option<String>,
-    pub distributions: Vec<(StudyQuantity, Distribution)>,
+    pub distributions: Vec<(StudyColumn, Distribution)>,
 }
 
 impl Chosen {
@@ -111,5 +111,5 @@ fn is_named(figure: &Figure, name: &str) -> bool {
 }
 
 pub(super) fn of_work_precision(path: &Path) -> Result<Chosen, PlotError> {
-    Ok(Chosen::of(vec![work_precision::of_file(path)?]))
+    Ok(Chosen::of(vec![accuracy::of_file(path)?]))
 }

@@ -5,7 +5,8 @@ use super::input::{interrupt_flag, overwrite};
 use super::plot;
 use super::progress::{Bar, BarKind};
 use super::{CommandEnd, CommandError, interrupted, tell};
-use crate::plot::{PlotError, signature, target, work_precision as figure};
+use crate::plot::accuracy::{WORK_PRECISION, work_precision_figure};
+use crate::plot::{PlotError, signature, target};
 use crate::report::PrecisionReport;
 use std::path::{Path, PathBuf};
 use stickslip_analysis::analysis::work_precision::{PrecisionRun, PrecisionStudy, STUDIES, StudyResult, StudySource};
@@ -60,7 +61,7 @@ fn figure_targets(
     })?;
     let mut targets = Vec::with_capacity(2);
     for format in [FigureFormat::Svg, FigureFormat::Png] {
-        let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
+        let path = folder.join(format!("{}.{}", WORK_PRECISION, format.extension()));
         target::check(&path, plot::OF_COMMAND, inputs, force)?;
         if !force {
             plot::spare(&path, source, plot::OF_COMMAND)?;
@@ -79,7 +80,7 @@ fn draw(
     if targets.is_empty() || result.measurements.is_empty() {
         return Ok(Vec::new());
     }
-    let figure = figure::figure(&study.head.title, result);
+    let figure = work_precision_figure(&study.head.title, result);
     targets
         .iter()
         .map(|(path, format)| plot::draw(&figure, (path, *format), source.to_owned()).map(|()| path.clone()))

@@ -4,9 +4,7 @@
 //! |---|---|
 //! | `table` | columns read block by block, from a file or from evaluated values |
 //! | `request` | the requested table, columns, rows or times |
-//! | `metadata` | origin and columns of a table |
-//! | `formats` | the file formats |
-//! | `csv`, `npz`, `mat` | the writers |
+//! | `formats` | the file formats and their writers |
 //! | [`benchmark`] | a certified run as a folder that can be used and cited |
 //! | `error` | errors of exports |
 //!
@@ -14,25 +12,37 @@
 
 pub mod benchmark;
 
-mod csv;
 mod error;
 mod formats;
-mod mat;
-mod metadata;
-mod npz;
 mod request;
 mod table;
 
 pub use error::ExportError;
 pub use formats::Format;
-pub use metadata::TableOrigin;
-pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
+pub use request::{Request, Times, Which, evaluated, read_times, stored};
 pub use table::ExportTable;
 
+use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use stickslip_files::disk::{Obstacle, Temporary, in_the_way, misplaced};
 use stickslip_files::folder_of;
+
+/// The run that a table comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TableOrigin {
+    /// The program, with its version.
+    pub source: String,
+    /// Title of the case.
+    pub title: String,
+    /// The result file.
+    pub file: String,
+    /// How the run ended: complete, interrupted or failed.
+    pub status: String,
+    /// Method that gave values between the samples; `None` for the samples themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluated: Option<String>,
+}
 
 /// A table to export.
 #[derive(Debug)]
@@ -61,8 +71,8 @@ impl Export<'_> {
 
     /// Writes the table as CSV to an open sink, such as standard output.
     pub fn stream(&self, sink: impl Write) -> Result<(), ExportError> {
-        let header = csv::header(&self.table.columns);
-        csv::write(&header, &self.table, sink, Path::new("standard output"))
+        let header = formats::csv_header(&self.table.columns);
+        formats::csv(&header, &self.table, sink, Path::new("standard output"))
     }
 }
 

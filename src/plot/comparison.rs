@@ -1,12 +1,12 @@
 //! Figures of a comparison: both runs and the error over time, the error of each event, the first wrong event
 //! enlarged.
 
-use super::decimate::MinMax;
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
 use super::run::DrawnRun;
 use super::style::{BLACK, BLUE, VERMILLION};
+use super::thinning::MinMax;
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
 use stickslip_system::record::sequence::Fault;

@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::scale::superscript;
-use super::studies::data::{drawn_axis, levels, short};
+use super::studies::data::{drawn_axis, levels, plainly, short};
 use super::style::{BLACK, GREY, PALETTE};
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::{Reason, ResultError, StudyFile};
@@ -160,11 +160,10 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
 
 /// A number, with a power of ten in typographic form below 10⁻³.
 fn written(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
-        return value.to_string();
-    }
-    let text = format!("{value:e}");
-    let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+    let text = plainly(value);
+    let Some((digits, power)) = text.split_once('e') else {
+        return text;
+    };
     let power = format!("10{}", superscript(power.parse().unwrap_or(0)));
     match digits {
         "1" => power,

@@ -1,14 +1,12 @@
 //! Layout and drawing of figures.
 
-use super::colors;
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Sheet, draw_cell, draw_piece, stroke};
 use super::error::PlotError;
 use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
-use super::font::{self, text_width, wrapped_title};
-use super::ink::{Sheet, draw_cell, draw_piece, stroke};
-use super::marks::marks;
+use super::labels::marks;
 use super::scale::Scale;
 use super::style::*;
+use super::text::{self, text_width, wrapped_title};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingAreaErrorKind;
@@ -263,7 +261,7 @@ fn legend(measured: &[MeasuredText]) -> Vec<(String, Swatch)> {
     for map in maps() {
         if let ColorKey::Codes(codes) = &map.key {
             for (number, (_, word)) in codes.iter().enumerate() {
-                add(word, Swatch::Ground(colors::of_code(number, codes.len()), 1.0));
+                add(word, Swatch::Ground(shade_of_code(number, codes.len()), 1.0));
             }
         }
     }
@@ -321,7 +319,7 @@ fn legend_rows(entries: &[(String, Swatch)], width: f64) -> Vec<Vec<(f64, String
 }
 
 fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
-    (font::FAMILIES, size).into_font().color(&BLACK).pos(pos)
+    (text::FAMILIES, size).into_font().color(&BLACK).pos(pos)
 }
 
 fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), PlotError> {
@@ -480,7 +478,7 @@ fn step(scale: &Scale, value: f64) -> usize {
 }
 
 fn color_of(step: usize) -> RGBColor {
-    colors::at((step as f64 + 0.5) / COLORS as f64)
+    shade((step as f64 + 0.5) / COLORS as f64)
 }
 
 fn draw_color_bar(
@@ -542,7 +540,7 @@ fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), PlotError>
     let color = |cell: Cell| match (cell, &map.key, &m.colors) {
         (Cell::Value(value), ColorKey::Codes(codes), _) => {
             let place = codes.iter().position(|(code, _)| *code as f64 == value);
-            place.map(|place| colors::of_code(place, codes.len()))
+            place.map(|place| shade_of_code(place, codes.len()))
         }
         (Cell::Value(value), ColorKey::Scale(_), Some((_, scale))) => Some(color_of(step(scale, value))),
         _ => None,

@@ -57,7 +57,23 @@ pub struct CatalogueEntry {
     pub title: &'static str,
     /// Number in the paper; `None` if it is not in the paper.
     pub paper_figure: Option<u32>,
-    pub(super) draw: fn(&CatalogueEntry, &Subject) -> Drawn,
+    pub(super) form: FigureForm,
+}
+
+type FigurePanels = &'static [&'static [&'static str]];
+
+type FigureView = fn(&Subject) -> View;
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum FigureForm {
+    /// Channels over the whole run.
+    Whole(FigurePanels),
+    CloseUp(FigurePanels, FigureView),
+    /// Portrait of a growing or decaying oscillation: x, y.
+    Spiral((&'static str, &'static str), FigureView),
+    /// Portrait of cycles: x, y.
+    Orbit((&'static str, &'static str), FigureView),
+    Own(fn(&CatalogueEntry, &Subject) -> Drawn),
 }
 
 impl CatalogueEntry {
@@ -73,16 +89,12 @@ impl CatalogueEntry {
     }
 }
 
-pub(super) const fn entry(
-    name: &'static str,
-    title: &'static str,
-    draw: fn(&CatalogueEntry, &Subject) -> Drawn,
-) -> CatalogueEntry {
+pub(super) const fn entry(name: &'static str, title: &'static str, form: FigureForm) -> CatalogueEntry {
     CatalogueEntry {
         name,
         title,
         paper_figure: None,
-        draw,
+        form,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{NumberFormat, Page, PageTable, Report, exponent, fixed};
 use crate::plot::PlotError;
-use crate::plot::studies::{self, Choice, StudyQuantity};
+use crate::plot::studies::{self, Choice, StudyColumn};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
@@ -213,7 +213,7 @@ pub(crate) struct DistributionSummary<'a> {
 }
 
 impl<'a> DistributionSummary<'a> {
-    pub fn new((quantity, found): &'a (StudyQuantity, Distribution)) -> Self {
+    pub fn new((quantity, found): &'a (StudyColumn, Distribution)) -> Self {
         let percentiles = PERCENTILES.iter().zip(found.percentiles);
         DistributionSummary {
             bars: &found.bars,
@@ -235,7 +235,7 @@ impl<'a> DistributionSummary<'a> {
 const BAR: usize = 40;
 
 /// Adds how a quantity is distributed: percentiles and a histogram.
-pub(crate) fn distribution(page: Page, (quantity, found): &(StudyQuantity, Distribution)) -> Page {
+pub(crate) fn distribution(page: Page, (quantity, found): &(StudyColumn, Distribution)) -> Page {
     let unit = match &*quantity.units {
         "1" => String::new(),
         units => format!(" ({units})"),

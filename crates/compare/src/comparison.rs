@@ -184,6 +184,9 @@ pub struct Closest {
     pub cause: CauseKind,
     /// Part of the squared difference that the change removes; negative if it adds to it.
     pub explained: f64,
+    /// Why it is no cause though it explains nearly all, in words.
+    #[serde(skip)]
+    pub why_not: &'static str,
 }
 
 /// The part of the reference that a candidate covers.
@@ -416,11 +419,17 @@ impl Comparison {
                 }
                 None => {}
             }
-            if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
+            let closest = unexplained.closest.filter(|closest| closest.explained > 0.01);
+            if let Some(Closest {
+                cause,
+                explained,
+                why_not,
+            }) = closest
+            {
                 let (name, part) = (cause.name(), percent(explained));
                 text += &format!("; the closest, {name}, explains {part} % of the squared difference");
                 if explained >= EXPLAINED {
-                    text += ", which is not enough for it, or its events are elsewhere, or others do as well";
+                    text += why_not;
                 }
                 let others = unexplained.ruled_out.iter().filter(|other| other.explained < explained);
                 let others: Vec<&str> = others.map(|other| other.cause.name()).collect();

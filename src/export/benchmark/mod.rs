@@ -5,20 +5,19 @@
 //! | module | contents |
 //! |---|---|
 //! | `pages` | the pages for readers, and the script that repeats the run |
-//! | `parameters` | the resolved case as a list with units |
-//! | `describe` | `datapackage.json` and `ro-crate-metadata.json` |
+//! | `describe` | `parameters.json`, `datapackage.json` and `ro-crate-metadata.json` |
 
 mod describe;
 mod pages;
-mod parameters;
 
 use super::request::{Which, columns};
-use super::table::ExportTable;
-use super::{ExportError, csv};
+use super::table::{BLOCK, ExportTable, Spool};
+use super::{ExportError, formats};
 use describe::Resource;
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::Write;
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_analysis::provenance;
@@ -189,7 +188,6 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
     ))
 }
 
-/// Writes all files of the package into `folder`. Errors use its final name, `called`.
 fn fill(
     [folder, called]: [&Path; 2],
     file: &ResultFile,
@@ -201,17 +199,13 @@ fn fill(
         called,
         resources: Vec::new(),
     };
-    let parameters = parameters::read(&file.resolved()?);
     // The script applies kicks before the first stick only.
     let found = file.events()?;
-    let onset = found
+    let onset = found.iter().find(|event| event.kind == EventKind::Stick);
+    let onset = onset.map_or(f64::INFINITY, |event| event.time);
+    about.example &= !found
         .iter()
-        .find(|event| event.kind == EventKind::Stick)
-        .map(|event| event.time);
-    let kicked_later = found
-        .iter()
-        .any(|event| event.kind == EventKind::Kick && onset.is_some_and(|onset| event.time > onset));
-    about.example &= !kicked_later;
+        .any(|event| event.kind == EventKind::Kick && event.time > onset);
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = ExportTable::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 
@@ -232,7 +226,7 @@ fn fill(
             "parameters.json",
             "Every parameter in SI, with its unit and meaning",
             "application/json",
-            parameters::document(&parameters),
+            describe::parameters(&file.resolved()?),
         ),
         (
             "equations.md",
@@ -305,69 +299,51 @@ struct Package<'a> {
 
 impl Package<'_> {
     fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), ExportError> {
-        self.write(name, title, media, None, |file, path| {
-            file.write_all(text.as_bytes())
-                .map_err(|error| ExportError::io(path, "writing", error))
-        })
+        let failed = |error| ExportError::io(&self.called.join(name), "writing", error);
+        fs::write(self.folder.join(name), text).map_err(failed)?;
+        self.add(name, title, media, None)
     }
 
     fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), ExportError> {
-        let schema = describe::schema(&table.columns, key);
-        self.write(name, title, "text/csv", Some(schema), |file, path| {
-            csv::write(&csv::plain_header(&table.columns), table, file, path)
-        })
+        let called = self.called.join(name);
+        let file = fs::File::create(self.folder.join(name));
+        let file = file.map_err(|error| ExportError::io(&called, "writing", error))?;
+        let names = table.columns.iter().map(|column| column.name.clone());
+        formats::csv(&formats::csv_line(names), table, file, &called)?;
+        self.add(name, title, "text/csv", Some(describe::schema(&table.columns, key)))
     }
 
-    fn write(
-        &mut self,
-        name: &str,
-        title: &str,
-        media: &'static str,
-        schema: Option<serde_json::Value>,
-        fill: impl FnOnce(&mut Summed, &Path) -> Result<(), ExportError>,
-    ) -> Result<(), ExportError> {
-        let called = self.called.join(name);
-        let file =
-            fs::File::create(self.folder.join(name)).map_err(|error| ExportError::io(&called, "writing", error))?;
-        let mut file = Summed {
-            file,
-            digest: Sha256::new(),
-            bytes: 0,
-        };
-        fill(&mut file, &called)?;
+    fn add(&mut self, name: &str, title: &str, media: &'static str, schema: Option<Value>) -> Result<(), ExportError> {
+        let summed = summed(&self.folder.join(name));
+        let (bytes, sha256) = summed.map_err(|error| ExportError::io(&self.called.join(name), "reading", error))?;
         self.resources.push(Resource {
             path: name.to_owned(),
             title: title.to_owned(),
             media,
-            bytes: file.bytes,
-            sha256: file
-                .digest
-                .finalize()
-                .iter()
-                .map(|byte| format!("{byte:02x}"))
-                .collect(),
+            bytes,
+            sha256,
             schema,
         });
         Ok(())
     }
 }
 
-struct Summed {
-    file: fs::File,
-    digest: Sha256,
-    bytes: u64,
-}
-
-impl Write for Summed {
-    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let count = self.file.write(buffer)?;
-        self.digest.update(&buffer[..count]);
-        self.bytes += count as u64;
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
+/// Size and SHA-256 digest of a file.
+fn summed(path: &Path) -> io::Result<(u64, String)> {
+    let mut reader = BufReader::new(fs::File::open(path)?);
+    let (mut bytes, mut digest) = (0, Sha256::new());
+    loop {
+        let block = reader.fill_buf()?;
+        let size = block.len();
+        if size == 0 {
+            return Ok((
+                bytes,
+                digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+            ));
+        }
+        digest.update(block);
+        bytes += size as u64;
+        reader.consume(size);
     }
 }
 
@@ -400,15 +376,21 @@ fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, Expo
         let long_name = "how far time_sensitivity can be off, in its unit; NaN: not known";
         columns.push(Variable::quantity("time_sensitivity_uncertainty", "1", long_name));
     }
-    let mut spool = super::table::Spool::new(columns.len())?;
-    for row in 0..rows {
-        for k in 0..width {
-            let mut cells = vec![row as f64, k as f64, k as f64, values[row * width + k]];
-            if let Some((uncertainty, _)) = &uncertainty {
-                cells.push(uncertainty.get(row * width + k).copied().unwrap_or(f64::NAN));
-            }
-            spool.push(&cells)?;
-        }
+    let indices = |of: fn(usize, usize) -> usize| (0..rows * width).map(|place| of(place, width) as f64).collect();
+    let (event, parameter): (Vec<f64>, Vec<f64>) = (
+        indices(|place, width| place / width),
+        indices(|place, width| place % width),
+    );
+    let mut cells = vec![event, parameter.clone(), parameter, values];
+    cells.extend(uncertainty.map(|(mut uncertainty, _)| {
+        uncertainty.resize(rows * width, f64::NAN);
+        uncertainty
+    }));
+    let mut spool = Spool::new()?;
+    for start in (0..rows * width).step_by(BLOCK) {
+        let block = start..(start + BLOCK).min(rows * width);
+        let block: Vec<Vec<f64>> = cells.iter().map(|column| column[block.clone()].to_vec()).collect();
+        spool.push(&block)?;
     }
-    spool.finish("sensitivities", columns).map(Some)
+    Ok(Some(spool.finish("sensitivities", columns)))
 }

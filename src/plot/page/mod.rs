@@ -5,10 +5,7 @@
 
 mod document;
 mod form;
-mod orbit;
 mod pair;
-mod sparse;
-mod thinning;
 mod trajectory;
 
 use std::path::Path;
@@ -25,7 +22,7 @@ use pair::PagePair;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::schema::META_MOTION;
 use stickslip_files::{ResultError, ResultFile, Status};
-use trajectory::Trajectory;
+use trajectory::PageTrajectory;
 
 /// Upper limit of a page's size, bytes, whatever the length of the run.
 pub const SIZE_LIMIT: usize = 5_000_000;
@@ -85,9 +82,9 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
     let fixed = document.html(&html::RUN)?.len() + margin * inputs.len();
     let room = |share: f64| (share * limit.saturating_sub(fixed) as f64) as usize;
     if let (Some(pair), Some(beside)) = (&pair, &mut document.content.second) {
-        beside.trajectory = Some(Trajectory::of(pair.file, &pair.form, None, room(1.0 - share))?);
+        beside.trajectory = Some(PageTrajectory::of(pair.file, &pair.form, None, room(1.0 - share))?);
     }
-    let trajectory = Trajectory::of(file, &form, pair.as_ref(), room(share))?;
+    let trajectory = PageTrajectory::of(file, &form, pair.as_ref(), room(share))?;
     let samples_kept = trajectory.kept;
     document.content.trajectory = Some(trajectory);
     Ok(RunPage {
@@ -121,10 +118,8 @@ fn line(file: &ResultFile) -> Result<String, ResultError> {
 }
 
 fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
-    let samples = file.sample_count()?;
-    let last = file.column("time", samples.saturating_sub(1)..samples)?;
-    let until = match last.first() {
-        Some(time) => format!("The page shows what the file holds, up to t = {time} s."),
+    let until = match file.span()? {
+        Some((_, time)) => format!("The page shows what the file holds, up to t = {time} s."),
         None => "The file has no samples.".to_owned(),
     };
     Ok(match file.status() {

@@ -4,9 +4,9 @@ use std::iter::Peekable;
 use std::rc::Rc;
 
 use super::form::PageForm;
-use super::thinning::Blocks;
 use crate::plot::PlotError;
-use crate::plot::sides::Sides;
+use crate::plot::run::Sides;
+use crate::plot::thinning::Blocks;
 use stickslip_files::{ResultError, ResultFile};
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 use stickslip_system::record::{CycleStatistics, Event};

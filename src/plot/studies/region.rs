@@ -1,10 +1,10 @@
 //! Region of a calibration: where the required targets are met, for each pair of parameters.
 
-use super::data::{StudyAxis, StudyData};
+use super::data::{StudyColumn, StudyData};
 use super::{refused, title};
 use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
-use crate::plot::points::Overlay;
+use crate::plot::html::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
 use stickslip_files::StudyFile;
 
@@ -63,7 +63,6 @@ pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay
     Ok((overlays, largest_residuals(file, data).ok()))
 }
 
-/// The optimum and, if there is one, the compromise.
 fn marks(a: &RegionParameter, b: &RegionParameter) -> Vec<Curve> {
     let mut curves = vec![Curve::line("optimum", BLACK, vec![(a.optimum, b.optimum)]).styled(CurveStyle::Points)];
     if a.compromise.is_finite() && b.compromise.is_finite() {
@@ -128,14 +127,14 @@ fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, Plo
     }
     if held == 0 {
         return refused(
-            data,
+            &data.path,
             "none of its targets is held, so there is no region; --quantity draws its runs",
         );
     }
     Ok(worst)
 }
 
-fn side(axis: &StudyAxis, found: &RegionParameter) -> Axis {
+fn side(axis: &StudyColumn, found: &RegionParameter) -> Axis {
     let (low, high) = found.range;
     // Ranges of several decades were searched in the logarithm.
     axis.axis()
@@ -171,7 +170,10 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: 
     let name = format!("region-{}-{}", data.axes[a].name, data.axes[b].name);
     Figure::new(
         name,
-        title(data, &format!("what the data leave of {}", names.join(" and "))),
+        title(
+            (&data.title, data.complete),
+            &format!("what the data leave of {}", names.join(" and ")),
+        ),
         panels,
     )
 }
@@ -211,7 +213,7 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], cur
     Some(panel)
 }
 
-fn alone(data: &StudyData, axis: &StudyAxis, found: &RegionParameter, worst: &[f64]) -> Figure {
+fn alone(data: &StudyData, axis: &StudyColumn, found: &RegionParameter, worst: &[f64]) -> Figure {
     let points: Vec<(f64, f64)> = axis
         .values
         .iter()
@@ -235,7 +237,10 @@ fn alone(data: &StudyData, axis: &StudyAxis, found: &RegionParameter, worst: &[f
     let panels = vec![Panel::new(side(axis, found), residual, curves)];
     Figure::new(
         "region",
-        title(data, &format!("what the data leave of {}", axis.keys[0])),
+        title(
+            (&data.title, data.complete),
+            &format!("what the data leave of {}", axis.keys[0]),
+        ),
         panels,
     )
 }

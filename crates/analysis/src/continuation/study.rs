@@ -62,7 +62,7 @@ pub struct ContinuationStudy {
 impl ContinuationStudy {
     /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
-        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source.text, source.label(), STUDY_KEYS)?;
         let (head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
         let missing = "missing: the parameter that varies; write [[axis]] with key, from and to";
         let mut axes: Vec<ParameterAxis> = Vec::new();

@@ -55,9 +55,7 @@ pub(super) fn write(
     interrupted: bool,
 ) -> Result<SweepReport, Error> {
     let count = points.count();
-    let words: Vec<Vec<String>> = (0..study.axes.len())
-        .map(|axis| words_of(study, points, axis))
-        .collect();
+    let words: Vec<Vec<String>> = (0..study.axes.len()).map(|k| words_of(study, points, k)).collect();
     let code = |axis: usize, value: &Setting| match value.as_number() {
         Some(number) if words[axis].is_empty() => number,
         _ => words[axis].iter().position(|word| *word == value.word()).unwrap_or(0) as f64,
@@ -84,8 +82,11 @@ pub(super) fn write(
     };
     let header = header(study, "sweep", study.digest(), meta(study));
     let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.head.files)?, &header, &plan)?;
-    let (mut points_done, mut failed, mut unfinished) = (0, 0, 0);
-    let mut failures = Vec::new();
+    let mut report = SweepReport {
+        interrupted,
+        ..SweepReport::default()
+    };
+    let mut unfinished = 0;
     let numbers: Box<dyn Iterator<Item = u64>> = match done {
         Some(done) => Box::new(done.into_iter()),
         None => Box::new((0..count).filter(|&number| part.is_none_or(|part| part.holds(number)))),
@@ -97,14 +98,10 @@ pub(super) fn write(
         };
         if layout == SweepLayout::Table {
             let values = points.coordinates(number);
-            row.coordinates = values
-                .iter()
-                .enumerate()
-                .map(|(axis, value)| code(axis, value))
-                .collect();
+            row.coordinates = values.iter().enumerate().map(|(k, value)| code(k, value)).collect();
         }
         if let Some(outcome) = journal.read(number)? {
-            points_done += 1;
+            report.points += 1;
             let event = |e: &EventRow| {
                 let codes = [e.kind.code(), e.mode_after].map(f64::from);
                 [e.time, codes[0], codes[1], e.relative_velocity, e.internal_force]
@@ -118,9 +115,9 @@ pub(super) fn write(
                     row.values = Some(values);
                 }
                 Err(message) => {
-                    failed += 1;
-                    if failures.len() < NAMED_FAILURES {
-                        failures.push((number, message.clone()));
+                    report.failed += 1;
+                    if report.failures.len() < NAMED_FAILURES {
+                        report.failures.push((number, message.clone()));
                     }
                     row.failure = Some(message);
                 }
@@ -133,13 +130,9 @@ pub(super) fn write(
     }
     Ok(SweepReport {
         file: writer.finish(&Status::of(interrupted))?,
-        interrupted,
-        points: points_done,
-        run_now: 0,
-        failures,
-        failed,
         unfinished: Some(unfinished),
         boundaries,
+        ..report
     })
 }
 

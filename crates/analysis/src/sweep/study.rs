@@ -85,7 +85,7 @@ const STUDY_KEYS: &[&str] = &[
 impl Study {
     /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
-        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source.text, source.label(), STUDY_KEYS)?;
         let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
         let mut axes = read_axes(&mut reader, &keys, &root);
         // A table of points defines its columns later.
@@ -117,7 +117,7 @@ impl Study {
         Ok(study)
     }
 
-    fn new(head: StudyHead, axes: Vec<ParameterAxis>, design: Design) -> Study {
+    pub(super) fn new(head: StudyHead, axes: Vec<ParameterAxis>, design: Design) -> Study {
         Study {
             gives_tolerance: gives_tolerance(&head, &axes),
             head,
