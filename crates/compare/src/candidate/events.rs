@@ -20,11 +20,13 @@ pub(in super::super) fn last_in_order(path: &Path, events: &[Event]) -> Result<f
     for (row, event) in events.iter().enumerate() {
         if !event.time.is_finite() || event.time < last {
             let what = format!("the time {:?} s comes after {last:?} s", event.time);
-            let (place, remedy) = (
-                format!("row {row} of /events/time"),
-                "the file was changed since it was written: repeat the run",
-            );
-            return Err(CompareError::content(path, place, what, remedy));
+            let remedy = "the file was changed since it was written: repeat the run";
+            return Err(CompareError::content(
+                path,
+                place(row as u64, "/events/time"),
+                what,
+                remedy,
+            ));
         }
         last = event.time;
     }

@@ -35,21 +35,17 @@ impl Supply {
     /// Largest change of the motion of the driven ends in it over a time (s), at times of a span (s) without a corner.
     pub fn change_of_drive(&self, physics: &Physics, (from, to): (f64, f64), over: f64) -> f64 {
         const TIMES: usize = 1000;
-        let value = |time: f64| {
-            let known = self.sum.known.iter();
-            known
+        let driven = |time: f64| {
+            let parts = self.sum.known.iter();
+            parts
                 .map(|(known, factor)| factor * physics.driven(*known, time))
                 .sum::<f64>()
         };
         let times = (0..TIMES).map(|k| from + (to - over - from) * k as f64 / TIMES as f64);
-        let smooth = times.filter(|&time| {
-            physics
-                .course
-                .next_corner(time)
-                .is_none_or(|corner| corner > time + over)
-        });
+        let next_corner = |time: f64| physics.course.next_corner(time).unwrap_or(f64::INFINITY);
+        let smooth = times.filter(|&time| next_corner(time) > time + over);
         smooth
-            .map(|time| (value(time + over) - value(time)).abs())
+            .map(|time| (driven(time + over) - driven(time)).abs())
             .fold(0.0, f64::max)
     }
 
