@@ -11,10 +11,10 @@ use stickslip::analysis::SavedRun;
 use stickslip::analysis::stability::onset::onsets;
 use stickslip::analysis::work_precision::{self, PrecisionStudy, StudySource};
 use stickslip::case::{Case, CaseSource};
+use stickslip::output::{Output, Product};
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
-use stickslip::plot::target::{self, Product};
 use stickslip::plot::{self, DrawnRun, Figure};
 use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
@@ -66,12 +66,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
     let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
-    target::check(&path, Product::Figure("-o"), &[], false)?;
-    target::write(
-        &path,
-        Product::Figure("-o"),
-        &[plot::draw(figure, COLUMN_WIDTH)?.svg().as_bytes()],
-    )?;
+    let output = Output::new(&path, Product::Figure("-o"), &[], false)?;
+    output.write(&[plot::draw(figure, COLUMN_WIDTH)?.svg().as_bytes()])?;
     println!("{}", path.display());
     Ok(())
 }

@@ -1,7 +1,9 @@
 //! File formats of tables.
 
+use super::TableOrigin;
 use super::table::ExportTable;
-use super::{ExportError, TableOrigin};
+use crate::Error;
+use crate::output::Product;
 use serde::Serialize;
 use std::cell::RefCell;
 use std::fs::File;
@@ -72,7 +74,7 @@ impl Format {
         origin: &TableOrigin,
         file: &File,
         path: &Path,
-    ) -> Result<(), ExportError> {
+    ) -> Result<(), Error> {
         match self {
             Format::Csv => csv(&csv_header(&table.columns), table, file, path),
             Format::Npz => npz(table, origin, file, path),
@@ -99,8 +101,8 @@ fn in_quotes(text: &str) -> String {
 
 /// Writes comma-separated values. A number is the shortest decimal of the same double, a code is its word, and NaN is
 /// `NaN`.
-pub(super) fn csv(header: &str, table: &ExportTable, sink: impl Write, path: &Path) -> Result<(), ExportError> {
-    let failed = |error| ExportError::io(path, "writing", error);
+pub(super) fn csv(header: &str, table: &ExportTable, sink: impl Write, path: &Path) -> Result<(), Error> {
+    let failed = |error| Product::Table.failed(path, "writing", error);
     let mut sink = BufWriter::new(sink);
     sink.write_all(header.as_bytes()).map_err(failed)?;
     for rows in table.blocks() {
@@ -229,8 +231,8 @@ impl Seek for FirstError<'_> {
 }
 
 /// Writes a NumPy archive: an array for each column, and one array with the metadata.
-fn npz(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
-    let failed = |error: io::Error| ExportError::io(path, "writing", error);
+fn npz(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), Error> {
+    let failed = |error: io::Error| Product::Table.failed(path, "writing", error);
     let error = RefCell::new(None);
     let go_on = || error.take().map_or(Ok(()), |error| Err(failed(error)));
     let mut archive = ZipWriter::new(BufWriter::new(FirstError { file, error: &error }));
@@ -313,10 +315,10 @@ fn array_head(class: u32, rows: usize, columns: usize, name: &str) -> Vec<u8> {
 
 /// Writes a MAT-file, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and the metadata for
 /// `jsondecode`.
-fn mat(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), ExportError> {
-    let failed = |error: io::Error| ExportError::io(path, "writing", error);
+fn mat(table: &ExportTable, origin: &TableOrigin, file: &File, path: &Path) -> Result<(), Error> {
+    let failed = |error: io::Error| Product::Table.failed(path, "writing", error);
     if 8 * table.rows as u64 > MOST_BYTES {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{}: a variable of a MAT-file of level 5 has at most 2 GB, and {} rows take more; export .npz, or a --window",
             path.display(),
             table.rows

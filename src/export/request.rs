@@ -1,7 +1,8 @@
 //! The requested table: its columns, and its rows or the times at which it is evaluated.
 
 use super::table::{BLOCK, ExportTable, Spool};
-use super::{Export, ExportError, TableOrigin};
+use super::{Export, TableOrigin};
+use crate::Error;
 use crate::plot::html::file_name;
 use std::fs::File;
 use std::ops::Range;
@@ -79,8 +80,8 @@ const OF_EVENTS: [&str; 6] = [
 /// A column, and its group in the file.
 pub(super) type TableColumn = (Variable, String);
 
-pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<TableColumn>, ExportError> {
-    let of = |group: &str| -> Result<Vec<TableColumn>, ExportError> {
+pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<TableColumn>, Error> {
+    let of = |group: &str| -> Result<Vec<TableColumn>, Error> {
         let found = file.table(group)?.into_iter();
         Ok(found.map(|one| (one, group.to_owned())).collect())
     };
@@ -106,12 +107,7 @@ fn origin(file: &ResultFile, evaluated: Option<String>) -> TableOrigin {
     }
 }
 
-fn chosen(
-    file: &ResultFile,
-    table: &str,
-    all: Vec<TableColumn>,
-    wanted: &[String],
-) -> Result<Vec<TableColumn>, ExportError> {
+fn chosen(file: &ResultFile, table: &str, all: Vec<TableColumn>, wanted: &[String]) -> Result<Vec<TableColumn>, Error> {
     if wanted.is_empty() {
         return Ok(all);
     }
@@ -119,16 +115,14 @@ fn chosen(
     for one in wanted {
         if found.iter().any(|(column, _)| column.name == *one) {
             let one = quoted(one);
-            return Err(ExportError::Asked(format!(
-                "--channels names {one} twice; leave one out"
-            )));
+            return Err(Error::input(format!("--channels names {one} twice; leave one out")));
         }
         let Some(column) = all.iter().find(|(column, _)| column.name == *one) else {
             let known: Vec<&str> = all.iter().map(|(column, _)| column.name.as_str()).collect();
             let close = suggest(one, known.iter().copied());
             let hint = close.map_or(String::new(), |close| format!(" (did you mean {close}?)"));
             let (path, one, known) = (file.path().display(), quoted(one), known.join(", "));
-            return Err(ExportError::Asked(format!(
+            return Err(Error::input(format!(
                 "{path}: no column {one}{hint} in /{table}; there are {known}"
             )));
         };
@@ -141,11 +135,11 @@ fn chosen(
 ///
 /// # Errors
 /// A column is unknown, the window contains no row, or the file is unreadable.
-pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, ExportError> {
+pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, Error> {
     let name = request.table.name();
     let all = columns(file, request.table)?;
     if all.is_empty() {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{}: it has no /{name}; repeat the run",
             file.path().display()
         )));
@@ -168,11 +162,11 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
 }
 
 /// Refuses a window (s) outside the run, which extends over `span`.
-fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), ExportError> {
+fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), Error> {
     if window.0 <= span.1 && window.1 >= span.0 {
         return Ok(());
     }
-    Err(ExportError::Asked(format!(
+    Err(Error::input(format!(
         "{}: the window from {:?} to {:?} s has no part of the run, which goes from {:?} to {:?} s; give one that has",
         file.path().display(),
         window.0,
@@ -183,13 +177,13 @@ fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Resu
 }
 
 /// The `rows` whose times are in the window. For segments, those that overlap the window.
-fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
+fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, Error> {
     let (from, to) = request.window;
     let (starts, ends) = match request.table {
         Which::Trajectory | Which::Events => ("time", "time"),
         Which::Segments => ("start", "end"),
         Which::StickSlip => {
-            return Err(ExportError::Asked(
+            return Err(Error::input(
                 "--window is of times, and the cycles of /stick_slip have none; leave it out, or export --table events"
                     .to_owned(),
             ));
@@ -209,10 +203,10 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
 /// # Errors
 /// The table is not the trajectory, a column exists only at the samples, a time is outside the run, the run has too
 /// sparse samples and cannot be repeated, or the file is unreadable.
-pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, ExportError> {
+pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, Error> {
     let (file, asked) = (reference.file(), &request.columns);
     if request.table != Which::Trajectory {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "--rate, --interval and --at evaluate a trajectory at other times, and /{} has rows of its own; leave them out",
             request.table.name()
         )));
@@ -229,7 +223,7 @@ pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Res
     if let Some(one) = asked.iter().find(|one| left_out.contains(one)) {
         let path = file.path().display();
         let evaluable: Vec<&str> = known.iter().map(|(column, _)| column.name.as_str()).collect();
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: {one} is known at the samples of the run alone; export it without --rate, --interval and --at. At any time \
              there are {}",
             evaluable.join(", ")
@@ -261,7 +255,7 @@ pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Res
 
 type TimeGrid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
 
-fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, ExportError> {
+fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, Error> {
     let (start, end) = reference.times();
     let path = reference.file().path().display();
     check_window(reference.file(), window, (start, end))?;
@@ -273,7 +267,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
             let last = times.partition_point(|time| *time <= window.1);
             let times = &times[first..last];
             if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
-                return Err(ExportError::Asked(format!(
+                return Err(Error::input(format!(
                     "{path}: the run goes from {start:?} to {end:?} s, and --at asks for t = {time:?} s; leave such times out, or \
                      give a --window"
                 )));
@@ -284,7 +278,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
         Times::Every(interval) => ((to - from) / interval, *interval, 1.0),
     };
     if !(0.0..MOST_ROWS).contains(&rows) {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{rows:.1e} rows are more than the {MOST_ROWS:e} that an export has; give a --window, or a lower --rate"
         )));
     }
@@ -302,8 +296,8 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
 ///
 /// # Errors
 /// The file is unreadable, a cell is no number, or the times do not increase.
-pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
-    let asked = |what: String| ExportError::Asked(format!("{}{what}", path.display()));
+pub fn read_times(path: &Path) -> Result<Vec<f64>, Error> {
+    let asked = |what: String| Error::input(format!("{}{what}", path.display()));
     let file =
         File::open(path).map_err(|error| asked(format!(": the times cannot be read: {error}; check the name")))?;
     let mut reader = csv::ReaderBuilder::new()

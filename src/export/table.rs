@@ -1,7 +1,7 @@
 //! Tables to export, with columns that can be read in any order, block by block.
 
-use super::ExportError;
 use super::request::TableColumn;
+use crate::Error;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -46,7 +46,7 @@ impl<'a> ExportTable<'a> {
     }
 
     /// Reads rows of a column, as doubles.
-    pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
+    pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, Error> {
         match &self.source {
             ExportRows::File(file, groups, first) => {
                 let rows = first + rows.start..first + rows.end;
@@ -68,11 +68,10 @@ impl<'a> ExportTable<'a> {
         }
     }
 
-    fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, ExportError> {
+    fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, Error> {
         let mut bytes = vec![0; 8 * count];
-        file.seek(SeekFrom::Start(8 * place as u64))
-            .map_err(ExportError::temporary)?;
-        file.read_exact(&mut bytes).map_err(ExportError::temporary)?;
+        file.seek(SeekFrom::Start(8 * place as u64)).map_err(Error::temporary)?;
+        file.read_exact(&mut bytes).map_err(Error::temporary)?;
         let number = |raw: &[u8]| f64::from_le_bytes(raw.try_into().unwrap_or_default());
         Ok(bytes.chunks_exact(8).map(number).collect())
     }
@@ -92,18 +91,18 @@ pub(super) struct Spool {
 }
 
 impl Spool {
-    pub(super) fn new() -> Result<Spool, ExportError> {
+    pub(super) fn new() -> Result<Spool, Error> {
         Ok(Spool {
-            file: tempfile::tempfile().map_err(ExportError::temporary)?,
+            file: tempfile::tempfile().map_err(Error::temporary)?,
             rows: 0,
         })
     }
 
     /// Adds the columns of [`BLOCK`] rows; the last block may be shorter.
-    pub(super) fn push(&mut self, columns: &[Vec<f64>]) -> Result<(), ExportError> {
+    pub(super) fn push(&mut self, columns: &[Vec<f64>]) -> Result<(), Error> {
         self.rows += columns.first().map_or(0, Vec::len);
         let bytes: Vec<u8> = columns.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
-        self.file.write_all(&bytes).map_err(ExportError::temporary)
+        self.file.write_all(&bytes).map_err(Error::temporary)
     }
 
     pub(super) fn finish(self, name: &str, columns: Vec<Variable>) -> ExportTable<'static> {

@@ -1,8 +1,8 @@
 //! Figures of `stickslip work-precision` and of `stickslip certify --figure`.
 
-use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
+use crate::Error;
 use plotters::style::RGBColor;
 use std::path::Path;
 use stickslip_analysis::analysis::stability::onset::{METHODS, Onset};
@@ -26,7 +26,7 @@ struct MethodSeries<'a> {
 ///
 /// # Errors
 /// The file is of another kind, of a newer version, or damaged.
-pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
+pub fn of_file(path: &Path) -> Result<Figure, Error> {
     let (title, result) = StudyResult::read(path)?;
     Ok(work_precision_figure(&title, &result))
 }

@@ -3,7 +3,6 @@
 use super::certified;
 use super::entry::FigureForm::{CloseUp, Orbit, Own, Spiral, Whole};
 use super::entry::{CatalogueEntry, Drawn, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
-use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels::in_translation;
 use super::law;
@@ -11,6 +10,7 @@ use super::own::{over_time, phase};
 use super::portraits::{self, final_stick};
 use super::run::DrawnRun;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
+use crate::Error;
 use stickslip_analysis::analysis::headline::is_paper_case;
 use stickslip_case::Motion;
 use stickslip_engine::simulation::OutputWindow;
@@ -173,7 +173,7 @@ pub(crate) fn in_words_of(run: &DrawnRun, title: &str) -> String {
 
 impl CatalogueEntry {
     /// Makes the figure, or returns [`NoFigure`] if the run does not have it.
-    pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, PlotError> {
+    pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, Error> {
         let run = subject.run;
         if let Some(why) = reason(self.name, run) {
             let has = of_runs().filter(|other| reason(other.name, run).is_none());
@@ -203,12 +203,18 @@ pub fn of_run(run: &DrawnRun) -> Vec<&'static CatalogueEntry> {
 }
 
 /// Finds a figure by its name or its number in the paper. The error for an unknown one lists the known ones.
-pub fn find(name: &str) -> Result<&'static CatalogueEntry, PlotError> {
+pub fn find(name: &str) -> Result<&'static CatalogueEntry, Error> {
     if let Ok(number) = name.parse::<u32>() {
         return match ENTRIES.iter().find(|e| e.paper_figure == Some(number)) {
             Some(entry) => Ok(entry),
-            None if number == CRITICAL_CURVE => Err(PlotError::CriticalCurve { number }),
-            None if OF_A_RUN.contains(&number) => Err(PlotError::UnknownNumber { number }),
+            None if number == CRITICAL_CURVE => Err(Error::input(format!(
+                "figure {number} of the paper is a critical curve: stick-slip or not over decay rate and damping. It is drawn from \
+                 the file of a sweep: `stickslip sweep critical-curve`, then `stickslip plot critical-curve.h5`"
+            ))),
+            None if OF_A_RUN.contains(&number) => Err(Error::input(format!(
+                "figure {number} of the paper: it is not known which picture that is; --list says what can be drawn, with the \
+                 paper's number where it is known"
+            ))),
             None => Err(unknown_figure(name)),
         };
     }
@@ -216,14 +222,10 @@ pub fn find(name: &str) -> Result<&'static CatalogueEntry, PlotError> {
     all.find(|e| e.name == name).ok_or_else(|| unknown_figure(name))
 }
 
-fn unknown_figure(name: &str) -> PlotError {
+fn unknown_figure(name: &str) -> Error {
     let all = of_runs().chain(certified::ENTRIES);
     let names: Vec<&str> = all.map(|e| e.name).collect();
-    PlotError::UnknownFigure {
-        name: name.to_owned(),
-        hint: hint(name, names.iter().copied()),
-        known: names.join(", "),
-    }
+    Error::unknown("there is no figure", name, &names, "")
 }
 
 /// Sampling (for `--set`) with which a repeated run would have all absent figures: its present windows and the

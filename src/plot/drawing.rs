@@ -2,10 +2,10 @@
 //!
 //! Coordinates and lengths are in drawing units from the upper left corner. Lines have butt ends and round joins.
 
-use super::error::PlotError;
 use super::figure::{Cell, CurveStyle, MarkShape};
 use super::style::*;
 use super::text;
+use crate::Error;
 use plotters::coord::CoordTranslate;
 use plotters::element::DashedPathElement;
 use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, WHITE};
@@ -248,7 +248,7 @@ pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
     points: Vec<C::From>,
     color: RGBColor,
     style: CurveStyle,
-) -> Result<(), PlotError> {
+) -> Result<(), Error> {
     let line = stroke(color, CURVE_STROKE);
     let (radius, circle) = match style {
         CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
@@ -276,7 +276,7 @@ fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
     point: C::From,
     color: RGBColor,
     shape: MarkShape,
-) -> Result<(), PlotError> {
+) -> Result<(), Error> {
     let edge = stroke(color, THIN_STROKE + 6);
     let inner = if shape.filled { color.filled() } else { WHITE.filled() };
     let radius = POINT_RADIUS + THIN_STROKE;
@@ -303,7 +303,7 @@ pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
     area: &Sheet<C>,
     cell: Cell,
     corners: [(X, X); 2],
-) -> Result<(), PlotError> {
+) -> Result<(), Error> {
     let [(left, low), (right, high)] = corners;
     let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
     let (ground, lines) = match cell {

@@ -4,9 +4,9 @@
 //! white there.
 
 use super::drawing::{Drawing, DrawingElement, ElementForm};
-use super::error::PlotError;
 use super::html::escaped;
 use super::{signature, text};
+use crate::Error;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::LineJoinStyle;
@@ -91,11 +91,10 @@ fn listed(points: &[BackendCoord]) -> String {
 
 impl Drawing {
     /// The PDF file, with one page.
-    pub fn pdf(&self) -> Result<Vec<u8>, PlotError> {
-        let failed = |error: std::io::Error| PlotError::Drawing(error.to_string());
+    pub fn pdf(&self) -> Result<Vec<u8>, Error> {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-        encoder.write_all(&self.page()).map_err(failed)?;
-        let content = encoder.finish().map_err(failed)?;
+        encoder.write_all(&self.page()).map_err(Error::drawing)?;
+        let content = encoder.finish().map_err(Error::drawing)?;
         let [information, catalogue, pages, sheet, stream] = [1, 2, 3, 4, 5].map(Ref::new);
         let mut pdf = Pdf::new();
         pdf.set_version(1, 4);
@@ -195,10 +194,14 @@ impl Drawing {
     ///
     /// # Errors
     /// The picture is too large.
-    pub fn png(&self, dpi: f64) -> Result<Vec<u8>, PlotError> {
+    pub fn png(&self, dpi: f64) -> Result<Vec<u8>, Error> {
         let scale = dpi / 25.4 / self.units_per_mm;
         let [width, height] = [self.size.0, self.size.1].map(|units| (f64::from(units) * scale).ceil());
-        let too_large = || PlotError::TooLarge { width, height };
+        let too_large = || {
+            Error::input(format!(
+                "a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi"
+            ))
+        };
         if width * height > LARGEST {
             return Err(too_large());
         }
@@ -226,7 +229,7 @@ impl Drawing {
                 }
             }
         }
-        encode(&pixels, dpi, &self.source).map_err(|error| PlotError::Drawing(error.to_string()))
+        encode(&pixels, dpi, &self.source).map_err(Error::drawing)
     }
 }
 

@@ -2,8 +2,9 @@
 //! a study or a continuation: columns of values, and how points are drawn and run.
 
 use super::figure::{Axis, Curve};
-use super::target::{self, Product};
-use super::{PlotError, signature};
+use super::signature;
+use crate::Error;
+use crate::output::Output;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
@@ -75,7 +76,7 @@ pub(super) struct PageDocument<C> {
 }
 
 impl<C: Serialize> PageDocument<C> {
-    pub(super) fn html(&self, assets: &Assets) -> Result<String, PlotError> {
+    pub(super) fn html(&self, assets: &Assets) -> Result<String, Error> {
         let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
         let parts = [
             ("generator", &*generator),
@@ -88,10 +89,10 @@ impl<C: Serialize> PageDocument<C> {
         Ok(filled(TEMPLATE, &parts))
     }
 
-    /// Writes the page to `path`; returns its size, bytes.
-    pub(super) fn write(&self, assets: &Assets, path: &Path) -> Result<u64, PlotError> {
+    /// Writes the page; returns its size, bytes.
+    pub(super) fn write(&self, assets: &Assets, output: &Output) -> Result<u64, Error> {
         let page = self.html(assets)?;
-        target::write(path, Product::Page, &[page.as_bytes()])?;
+        output.write(&[page.as_bytes()])?;
         Ok(page.len() as u64)
     }
 }
@@ -114,8 +115,8 @@ pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
 }
 
 /// JSON for a script element: no text can end the element, open a comment, or control a terminal.
-fn json(value: &impl Serialize) -> Result<String, PlotError> {
-    let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
+fn json(value: &impl Serialize) -> Result<String, Error> {
+    let text = serde_json::to_string(value).map_err(Error::drawing)?;
     Ok(stickslip_system::quote::in_json(&text, |c| c == '<'))
 }
 

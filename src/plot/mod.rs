@@ -27,7 +27,6 @@ pub mod critical;
 mod draw;
 mod drawing;
 pub mod entry;
-pub mod error;
 pub mod figure;
 mod formats;
 pub(crate) mod html;
@@ -41,13 +40,13 @@ pub mod scale;
 pub mod signature;
 pub mod studies;
 pub mod style;
-pub mod target;
 pub mod text;
 pub mod thinning;
 
+use crate::Error;
+
 pub use draw::draw;
 pub use drawing::{Drawing, DrawingElement, ElementForm, Text};
-pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel};
 pub use html::PointsPage;
 pub use run::DrawnRun;

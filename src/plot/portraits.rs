@@ -1,9 +1,9 @@
 //! Phase portraits in windows that follow from events, and the amplitudes of spirals.
 
 use super::entry::{CatalogueEntry, Drawn, FigureForm, PORTRAIT, Subject, entry, too_sparse};
-use super::error::PlotError;
 use super::own::phase;
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
+use crate::Error;
 use stickslip_analysis::analysis::stability::Modes;
 use stickslip_system::model::system::{End, System, Train};
 
@@ -14,7 +14,7 @@ const SWINGS: f64 = 20.0;
 ///
 /// # Errors
 /// The channel is unknown, the window contains no sample, or the file is unreadable.
-pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
+pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, Error> {
     let mut turns = Turns::default();
     run.each_sample(&[channel], window, |row| turns.push(row[0]))?;
     Ok(turns.amplitudes())
@@ -93,7 +93,7 @@ pub(super) struct ShownPortrait {
 
 const MANY: usize = 60;
 
-pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, Error> {
     let samples = run.rows_in(window)?.len();
     let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
     Ok((samples < MANY).then(few))

@@ -1,9 +1,9 @@
 //! A result file as data for figures: columns thinned block by block, events with the states on both sides, and stretches of modes.
 
-use super::error::{PlotError, hint};
 use super::figure::Axis;
 use super::labels;
 use super::thinning::{DecimatedPortrait, MinMax};
+use crate::error::{Error, ErrorKind};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -168,13 +168,19 @@ impl Undersampled {
     }
 }
 
-pub(super) fn samples(file: &ResultFile) -> Result<usize, PlotError> {
+pub(super) fn samples(file: &ResultFile) -> Result<usize, Error> {
     let samples = file.sample_count()?;
     if samples == 0 {
-        return Err(PlotError::NoSamples {
-            path: file.path().to_owned(),
-            interrupted: *file.status() != Status::Complete,
-        });
+        let path = file.path();
+        let ended = match file.status() {
+            Status::Complete => "",
+            _ => ", as the run was ended before the first block was saved",
+        };
+        let (why, shown) = ("has no trajectory: there is not one sample in it", path.display());
+        return Err(Error::of_file(
+            path,
+            format!("{why}{ended}; repeat the run (`stickslip run {shown}`)"),
+        ));
     }
     file.check_times()?;
     Ok(samples)
@@ -190,7 +196,7 @@ impl DrawnRun {
     ///
     /// # Errors
     /// The file is no result file, damaged, in use, or without samples.
-    pub fn open(path: &Path) -> Result<DrawnRun, PlotError> {
+    pub fn open(path: &Path) -> Result<DrawnRun, Error> {
         let file = ResultFile::open(path)?;
         let rows = samples(&file)?;
         let times = file.span()?.unwrap_or_default();
@@ -254,7 +260,7 @@ impl DrawnRun {
         self.file.status()
     }
 
-    pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, PlotError> {
+    pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, Error> {
         Ok(self.file.added_group(schema::group::CERTIFICATE, usize::MAX)?)
     }
 
@@ -275,7 +281,7 @@ impl DrawnRun {
     }
 
     /// The window. Its start is later if it has more than `most` points: one for each sample, two for each event.
-    pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), PlotError> {
+    pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), Error> {
         let rows = self.rows_in((from, to))?;
         let mut start = rows.end.saturating_sub(most).max(rows.start);
         loop {
@@ -290,20 +296,18 @@ impl DrawnRun {
     }
 
     /// The axis of a variable of /trajectory. The error for an unknown variable lists the known ones.
-    pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
-        let names = || self.variables.iter().map(|variable| variable.name.as_str());
+    pub fn axis(&self, channel: &str) -> Result<Axis, Error> {
         let variable = self.variables.iter().find(|variable| variable.name == channel);
         let axis = variable.map(|variable| labels::of_variable(variable, self.case.motion(), self.is_short()));
-        axis.ok_or_else(|| PlotError::UnknownChannel {
-            path: self.path().to_owned(),
-            name: channel.to_owned(),
-            hint: hint(channel, names()),
-            known: names().collect::<Vec<_>>().join(", "),
+        axis.ok_or_else(|| {
+            let known: Vec<&str> = self.variables.iter().map(|variable| variable.name.as_str()).collect();
+            let what = format!("{}: /trajectory has no variable", self.path().display());
+            Error::unknown(what, channel, &known, " (`stickslip inspect` says what each is)")
         })
     }
 
     /// The rows in a time window, including both ends. A window without rows is an error.
-    pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
+    pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, Error> {
         let (table, rows, (first, last)) = (schema::group::TRAJECTORY, 0..self.rows, self.times);
         let start = self.file.first_row(table, "time", rows.clone(), |time| time >= from)?;
         let end = match to >= last {
@@ -313,13 +317,10 @@ impl DrawnRun {
         if start < end {
             return Ok(start..end);
         }
-        let path = self.path().to_owned();
-        Err(PlotError::NothingInRange {
-            path,
-            from,
-            to,
-            first,
-            last,
+        let why = format!("no samples from {from} to {to} s; they reach from {first} to {last} s");
+        Err(Error {
+            kind: ErrorKind::NothingInRange,
+            ..Error::of_file(self.path(), why)
         })
     }
 
@@ -329,7 +330,7 @@ impl DrawnRun {
         first < last && self.dense.is_some_and(|span| span.0 <= first && last <= span.1)
     }
 
-    fn drawn_rows(&self, window: (f64, f64)) -> Result<RunRows<'_>, PlotError> {
+    fn drawn_rows(&self, window: (f64, f64)) -> Result<RunRows<'_>, Error> {
         if self.is_dense(window) {
             let window = (window.0.max(self.times.0), window.1.min(self.times.1));
             if let Some(dense) = self.file.dense()? {
@@ -344,7 +345,7 @@ impl DrawnRun {
         channels: &[&str],
         window: (f64, f64),
         mut take: impl FnMut(&[f64]),
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Error> {
         for channel in channels {
             self.axis(channel)?;
         }
@@ -364,7 +365,7 @@ impl DrawnRun {
     }
 
     /// A channel on both sides of every event, from the file or the equations; `None` if it depends on the history.
-    pub(super) fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
+    pub(super) fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, Error> {
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
         }
@@ -401,7 +402,7 @@ impl DrawnRun {
 
     /// Undersampled stretches in a window: between contact events, and the growth before the first one. A stretch is
     /// undersampled if a gap between samples exceeds 1/12 of the natural period or, without one, of the stretch.
-    pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
+    pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, Error> {
         if self.is_dense(window) {
             return Ok(Undersampled::default());
         }
@@ -449,8 +450,8 @@ impl DrawnRun {
             before = t;
         };
         match self.each_sample(&["time"], window, |row| pass(row[0])) {
-            Ok(()) | Err(PlotError::NothingInRange { .. }) => {}
-            Err(error) => return Err(error),
+            Err(error) if error.kind != ErrorKind::NothingInRange => return Err(error),
+            _ => {}
         }
         pass(window.1);
         let short = stretches.into_iter().zip(gaps);
@@ -465,7 +466,7 @@ impl DrawnRun {
     ///
     /// # Errors
     /// A channel is unknown, the window contains no sample, or the file is unreadable.
-    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<RunPoints>, PlotError> {
+    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<RunPoints>, Error> {
         let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
         let new: Vec<&str> = channels
             .iter()
@@ -512,7 +513,7 @@ impl DrawnRun {
         window: (f64, f64),
         mut events: Range<usize>,
         mut take: impl FnMut(RunMoment),
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Error> {
         self.each_sample(channels, window, |row| {
             while !events.is_empty() && self.events[events.start].time <= row[0] {
                 take(RunMoment::Event(events.start));
@@ -530,7 +531,7 @@ impl DrawnRun {
         (x, y): (&str, &str),
         window: (f64, f64),
         mut take: impl FnMut(usize, f64, f64),
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Error> {
         let sides = self.at_events(x)?.zip(self.at_events(y)?);
         let inside = self.events_in((window.0.next_up(), window.1));
         let before = self.events[..inside.start].last().map(|event| event.mode_after);
@@ -557,7 +558,7 @@ impl DrawnRun {
     }
 
     /// One channel over another in a time window, thinned: the lines of each mode that occurs.
-    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<RunPoints>)>, PlotError> {
+    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<RunPoints>)>, Error> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut x_range, mut y_range) = (empty, empty);
         self.each_state((x, y), window, |_, x, y| {
@@ -590,9 +591,9 @@ impl DrawnRun {
     }
 
     /// Values of two channels at the first sample of a window.
-    pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
+    pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), Error> {
         let rows = self.drawn_rows(window)?;
-        let value = |channel: &str| -> Result<f64, PlotError> {
+        let value = |channel: &str| -> Result<f64, Error> {
             self.axis(channel)?;
             Ok(rows.column(channel, 0..1)?[0])
         };
@@ -600,12 +601,12 @@ impl DrawnRun {
     }
 
     /// The end (s) of the part of a window, from its first sample on, without gaps wider than `gap` (s).
-    pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
+    pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, Error> {
         if self.is_dense(window) {
             return Ok(Some(window.1.min(self.times.1)));
         }
         match self.rows_in(window) {
-            Err(PlotError::NothingInRange { .. }) => return Ok(None),
+            Err(error) if error.kind == ErrorKind::NothingInRange => return Ok(None),
             other => other?,
         };
         let (mut last, mut open) = (window.0, true);
@@ -672,7 +673,7 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, PlotError> {
+    pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, Error> {
         Ok(Sides {
             before: file.event_column(&format!("{channel}_before"))?,
             after: file.event_column(&format!("{channel}_after"))?,
@@ -687,7 +688,7 @@ impl Sides {
         events: &[Event],
         first: Option<Mode>,
         channel: &str,
-    ) -> Result<Option<Sides>, PlotError> {
+    ) -> Result<Option<Sides>, Error> {
         let mut channels = Channels::CHANNELS.iter();
         let of_state = channels.position(|known| known.name == channel && !known.has_history);
         if of_state.is_none() && channel != "mode" {

@@ -1,7 +1,7 @@
 //! Report of a sweep: its points, failures and boundaries, and how quantities of a sample are distributed.
 
 use super::{NumberFormat, Page, PageTable, Report, exponent, fixed};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::studies::{self, Choice, StudyColumn};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -138,7 +138,7 @@ impl<'a> SweepSummary<'a> {
         if !matches!(self.study.design, Design::Rows(_)) || self.shard.is_some() {
             return Page::default();
         }
-        let file = StudyFile::open_sweep(&self.report.file).map_err(PlotError::from);
+        let file = StudyFile::open_sweep(&self.report.file).map_err(Error::from);
         let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
         found.unwrap_or_default().iter().fold(Page::default(), distribution)
     }

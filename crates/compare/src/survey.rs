@@ -161,7 +161,9 @@ impl Reference {
                 }
                 Finder::Given(watch) => {
                     for (row, &time) in time.iter().enumerate() {
-                        torques(&block, row).map(|(rotor, stator)| watch.add(time, rotor, stator));
+                        if let Some((rotor, stator)) = torques(&block, row) {
+                            watch.add(time, rotor, stator);
+                        }
                     }
                     0
                 }

@@ -10,9 +10,11 @@
 mod describe;
 mod pages;
 
+use super::formats;
 use super::request::{Which, columns};
 use super::table::{BLOCK, ExportTable, Spool};
-use super::{ExportError, formats};
+use crate::Error;
+use crate::output::Product;
 use describe::Resource;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -72,12 +74,12 @@ pub fn write(
     terms: &Terms,
     force: bool,
     stop: &AtomicBool,
-) -> Result<Option<Vec<String>>, ExportError> {
+) -> Result<Option<Vec<String>>, Error> {
     let file = open_sound(path)?;
     check_terms(terms)?;
     check_folder(folder, force)?;
     let (about, events) = examine(&file, terms)?;
-    let failed = |error| ExportError::io(folder, "writing the package", error);
+    let failed = |error| Product::Table.failed(folder, "writing the package", error);
     let parent = folder_of(folder);
     let made = tempfile::Builder::new()
         .prefix(".stickslip-")
@@ -102,13 +104,13 @@ pub fn write(
 
 const OPTIONAL: [&str; 3] = ["exact-events.csv", "sensitivities.csv", "example.py"];
 
-fn check_terms(terms: &Terms) -> Result<(), ExportError> {
+fn check_terms(terms: &Terms) -> Result<(), Error> {
     let is_identifier = |text: &str| {
         let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+');
         !text.is_empty() && text.len() <= 64 && text.chars().all(is_part)
     };
     match &terms.license {
-        Some(text) if !is_identifier(text) => Err(ExportError::Asked(format!(
+        Some(text) if !is_identifier(text) => Err(Error::input(format!(
             "--license {}: not an SPDX identifier; give one such as CC-BY-4.0 or CC0-1.0",
             stickslip_system::quote::shown(text)
         ))),
@@ -116,8 +118,8 @@ fn check_terms(terms: &Terms) -> Result<(), ExportError> {
     }
 }
 
-fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
-    let refuse = |what: &str| Err(ExportError::Asked(format!("{}: {what}", folder.display())));
+fn check_folder(folder: &Path, force: bool) -> Result<(), Error> {
+    let refuse = |what: &str| Err(Error::input(format!("{}: {what}", folder.display())));
     if !folder_of(folder).is_dir() {
         return refuse("the folder that is to hold it does not exist; create it, or choose another with -o");
     }
@@ -138,12 +140,12 @@ fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
     refuse("there already, and not a benchmark package; choose another folder with -o, or write into it with --force")
 }
 
-fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTable<'a>), ExportError> {
+fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTable<'a>), Error> {
     let rows = file.table_rows(group::EVENTS)?;
     let of_events = columns(file, Which::Events)?;
     let path = file.path().display();
     if !of_events.iter().any(|(column, _)| column.name == TIME_UNCERTAINTY) {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: it has no certificate, and a benchmark needs one; make it with stickslip \
              certify {path} -o NAME.h5, and export that"
         )));
@@ -159,12 +161,11 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
         } else {
             remedy
         };
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: none of its events is certain by its certificate, so nothing can be compared with it; {remedy}"
         )));
     }
-    let of_meta =
-        |name: &str| -> Result<String, ExportError> { Ok(file.group_text(group::META, name)?.unwrap_or_default()) };
+    let of_meta = |name: &str| -> Result<String, Error> { Ok(file.group_text(group::META, name)?.unwrap_or_default()) };
     let source = CaseSource::result(file.path(), file.resolved()?);
     let certified_by = file.group_text(group::CERTIFICATE, "uncertainty_by")?;
     Ok((
@@ -193,7 +194,7 @@ fn fill(
     file: &ResultFile,
     mut about: About,
     events: ExportTable<'_>,
-) -> Result<Vec<Resource>, ExportError> {
+) -> Result<Vec<Resource>, Error> {
     let mut package = Package {
         folder,
         called,
@@ -286,7 +287,8 @@ fn fill(
         (RO_CRATE, describe::ro_crate(&about, &resources)),
     ];
     for (name, text) in described {
-        fs::write(folder.join(name), text).map_err(|error| ExportError::io(&called.join(name), "writing", error))?;
+        fs::write(folder.join(name), text)
+            .map_err(|error| Product::Table.failed(&called.join(name), "writing", error))?;
     }
     Ok(resources)
 }
@@ -298,24 +300,25 @@ struct Package<'a> {
 }
 
 impl Package<'_> {
-    fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), ExportError> {
-        let failed = |error| ExportError::io(&self.called.join(name), "writing", error);
+    fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), Error> {
+        let failed = |error| Product::Table.failed(&self.called.join(name), "writing", error);
         fs::write(self.folder.join(name), text).map_err(failed)?;
         self.add(name, title, media, None)
     }
 
-    fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), ExportError> {
+    fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), Error> {
         let called = self.called.join(name);
         let file = fs::File::create(self.folder.join(name));
-        let file = file.map_err(|error| ExportError::io(&called, "writing", error))?;
+        let file = file.map_err(|error| Product::Table.failed(&called, "writing", error))?;
         let names = table.columns.iter().map(|column| column.name.clone());
         formats::csv(&formats::csv_line(names), table, file, &called)?;
         self.add(name, title, "text/csv", Some(describe::schema(&table.columns, key)))
     }
 
-    fn add(&mut self, name: &str, title: &str, media: &'static str, schema: Option<Value>) -> Result<(), ExportError> {
+    fn add(&mut self, name: &str, title: &str, media: &'static str, schema: Option<Value>) -> Result<(), Error> {
         let summed = summed(&self.folder.join(name));
-        let (bytes, sha256) = summed.map_err(|error| ExportError::io(&self.called.join(name), "reading", error))?;
+        let (bytes, sha256) =
+            summed.map_err(|error| Product::Table.failed(&self.called.join(name), "reading", error))?;
         self.resources.push(Resource {
             path: name.to_owned(),
             title: title.to_owned(),
@@ -348,7 +351,7 @@ fn summed(path: &Path) -> io::Result<(u64, String)> {
 }
 
 /// The table /sensitivity/time_sensitivity, with a row for each event and parameter; `None` if the file has none.
-fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, ExportError> {
+fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, Error> {
     const GROUP: &str = group::SENSITIVITY;
     let Some((values, [rows, width])) = file.matrix(GROUP, "time_sensitivity")? else {
         return Ok(None);

@@ -1,11 +1,11 @@
 //! Figures of a continuation: a quantity along its branches, and special points in the plane of two parameters. `quantity`: the
 //! quantities of a point. `page`: the interactive page.
 
-use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel, drawn};
 use super::studies::data::{drawn_axis, unknown};
 use super::studies::{StudyEntry, entry, refused, title};
 use super::style::{BLACK, BLUE, VERMILLION, line_color};
+use crate::Error;
 use plotters::style::RGBColor;
 use quantity::{BranchQuantity, QUANTITIES, Value};
 use std::ops::RangeInclusive;
@@ -59,7 +59,7 @@ impl<'a> Branches<'a> {
     ///
     /// # Errors
     /// The file is of another kind, of a newer version, or damaged.
-    pub fn read(path: &'a Path) -> Result<Branches<'a>, PlotError> {
+    pub fn read(path: &'a Path) -> Result<Branches<'a>, Error> {
         Ok(Branches {
             path,
             stored: Stored::read(path)?,
@@ -67,7 +67,7 @@ impl<'a> Branches<'a> {
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
-    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, PlotError> {
+    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, Error> {
         let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
         let found = self.known().find(|quantity| quantity.name == name);
         found.ok_or_else(|| unknown(self.path, "quantity", name, &known))
@@ -95,7 +95,7 @@ impl<'a> Branches<'a> {
     ///
     /// # Errors
     /// A quantity is unknown, or there is nothing to draw.
-    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, PlotError> {
+    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, Error> {
         let chosen = match quantities {
             [] => self.of_interest(),
             names => names.iter().map(|name| self.quantity(name)).collect::<Result<_, _>>()?,
@@ -111,7 +111,7 @@ impl<'a> Branches<'a> {
     }
 
     /// Figures of all quantities, and of the curves of special points.
-    pub fn all(&self) -> Result<Vec<Figure>, PlotError> {
+    pub fn all(&self) -> Result<Vec<Figure>, Error> {
         let names: Vec<String> = self.known().map(|quantity| quantity.name.to_owned()).collect();
         let mut figures = self.figures(&names)?;
         if !names.is_empty() {

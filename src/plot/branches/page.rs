@@ -2,7 +2,8 @@
 
 use super::quantity::{BranchQuantity, Value};
 use super::{Branches, KINDS, STYLES, joined, mark, stretches};
-use crate::plot::PlotError;
+use crate::Error;
+use crate::output::{Output, Product};
 use crate::plot::figure::{Axis, MarkShape};
 use crate::plot::html::{self, Doubles, PageDocument, counted, file_name};
 use crate::plot::html::{
@@ -12,7 +13,6 @@ use crate::plot::html::{
 use crate::plot::studies::data::drawn_axis;
 use crate::plot::studies::refused;
 use crate::plot::style;
-use crate::plot::target::{self, Product};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Special};
 use stickslip_system::quote::in_shell;
@@ -27,9 +27,9 @@ const RADIUS: f64 = 4.5;
 /// Writes the page to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// Unknown quantity, too many points, or an obstacle at `path`: see `target::check`; a full disk.
-pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
-    target::check(path, Product::Page, &[file.path.to_owned()], force)?;
+/// Unknown quantity, too many points, or an obstacle at `path`: see [`Output::new`]; a full disk.
+pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, Error> {
+    let output = Output::new(path, Product::Page, &[file.path.to_owned()], force)?;
     let stored = &file.stored;
     let chosen: Vec<&BranchQuantity> = match quantities {
         [] => file.known().collect(),
@@ -81,7 +81,7 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
         points: count,
         branches: Some(branches),
         quantities: chosen.len(),
-        bytes: page.write(&html::POINTS, path)?,
+        bytes: page.write(&html::POINTS, &output)?,
     })
 }
 

@@ -7,7 +7,7 @@ use crate::plot::html::{Codes, Doubles, file_name};
 use crate::plot::portraits::{ShownPortrait, few_samples, shown};
 use crate::plot::run::Sides;
 use crate::plot::run::widest_gap;
-use crate::plot::{DrawnRun, PlotError};
+use crate::plot::{DrawnRun, Error};
 use serde::Serialize;
 use std::rc::Rc;
 use stickslip_analysis::analysis::certificate::Verdict;
@@ -144,7 +144,7 @@ pub(super) struct Second {
 
 impl Second {
     /// `events` and `form` belong to the first run.
-    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, PlotError> {
+    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, Error> {
         let own = listed(&pair.events, &pair.form);
         Ok(Second {
             run: OneRun::of(pair.file, &pair.form, &pair.events, &mut Vec::new())?,
@@ -156,7 +156,7 @@ impl Second {
 
 impl OneRun {
     /// `events` are those of the file; cuts are added to `notes`.
-    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
+    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, Error> {
         let (name, run) = (file_name(file.path()), form.run());
         let sparse = run.map_or_else(|| Ok(Sparse::default()), Sparse::of)?;
         Ok(OneRun {
@@ -173,11 +173,7 @@ impl OneRun {
 }
 
 impl RunContent<'_> {
-    pub(super) fn of<'a>(
-        file: &ResultFile,
-        form: &'a PageForm,
-        all_events: &[Event],
-    ) -> Result<RunContent<'a>, PlotError> {
+    pub(super) fn of<'a>(file: &ResultFile, form: &'a PageForm, all_events: &[Event]) -> Result<RunContent<'a>, Error> {
         let mut notes = Vec::new();
         let case = form.run().map(|run| &run.case);
         let events = listed(all_events, form);
@@ -409,7 +405,7 @@ struct OrbitLine {
 
 impl PageOrbit {
     /// The orbit of the figure `phase-portrait`, and a note on omitted points.
-    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), PlotError> {
+    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), Error> {
         let ShownPortrait { axes, window, periodic } = shown(run);
         let period = run.attractor_period.filter(|_| periodic);
         let (heading, span) = match period {
@@ -424,7 +420,7 @@ impl PageOrbit {
         let few = few.unwrap_or_default();
         let over = run.axis(axes.0)?.name;
         let window = run.shortened(window, POINTS)?;
-        let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
+        let axis = |channel: &str| -> Result<OrbitAxis, Error> {
             let axis = run.axis(channel)?;
             Ok(OrbitAxis {
                 label: axis.short().to_owned(),
@@ -479,7 +475,7 @@ pub(super) struct Sparse {
 }
 
 impl Sparse {
-    pub(super) fn of(run: &DrawnRun) -> Result<Sparse, PlotError> {
+    pub(super) fn of(run: &DrawnRun) -> Result<Sparse, Error> {
         let mut stretches = run.undersampled(run.times)?.stretches;
         let growth = growth(run)?;
         // Unless figures mark it already.
@@ -516,7 +512,7 @@ impl Sparse {
 }
 
 /// The part of the growth before the first contact event that has wider gaps than figures allow.
-fn growth(run: &DrawnRun) -> Result<Option<(f64, f64)>, PlotError> {
+fn growth(run: &DrawnRun) -> Result<Option<(f64, f64)>, Error> {
     let Some(((begin, end), period)) = run.growth().zip(run.natural_period) else {
         return Ok(None);
     };

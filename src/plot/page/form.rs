@@ -9,7 +9,7 @@ use std::rc::Rc;
 use crate::plot::labels::in_translation;
 use crate::plot::portraits::shown;
 use crate::plot::run::Sides;
-use crate::plot::{DrawnRun, PlotError};
+use crate::plot::{DrawnRun, Error};
 use stickslip_case::Motion;
 use stickslip_files::ResultFile;
 use stickslip_files::schema::{self, Variable};
@@ -91,7 +91,7 @@ pub(super) struct PageForm {
 
 impl PageForm {
     /// The form of a file; without a run, in the words of a brake.
-    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<PageForm, PlotError> {
+    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<PageForm, Error> {
         let of_every_file = || schema::trajectory().variables;
         let mut form = PageForm {
             motion: run.as_ref().map_or(Motion::Rotation, |run| run.case.motion()),
@@ -150,11 +150,7 @@ pub(super) fn has_stick(system: &System) -> bool {
 }
 
 /// Those of `variables` that the file or the equations give on both sides of each event.
-fn sides(
-    file: &ResultFile,
-    run: Option<&DrawnRun>,
-    variables: &[Variable],
-) -> Result<Vec<(String, Rc<Sides>)>, PlotError> {
+fn sides(file: &ResultFile, run: Option<&DrawnRun>, variables: &[Variable]) -> Result<Vec<(String, Rc<Sides>)>, Error> {
     let state = |name: &str| State::CHANNELS.iter().position(|state| state.name == name);
     let mut names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();
     names.sort_by_key(|name| state(name).unwrap_or(State::COUNT));
@@ -236,9 +232,8 @@ impl PageForm {
         channels.chunks(COLOURS.len()).enumerate().map(part).collect()
     }
 
-    fn all_panels(&self) -> Result<Vec<PagePanel>, PlotError> {
-        let mut rows: Vec<PageRow> =
-            serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
+    fn all_panels(&self) -> Result<Vec<PagePanel>, Error> {
+        let mut rows: Vec<PageRow> = serde_json::from_str(PANELS).map_err(Error::drawing)?;
         let form = if self.short() { "brake" } else { "others" };
         let of_channel = |channel: &'static RecordedChannel| channel.curves.iter().map(|curve| (channel.name, curve));
         let mut recorded: Vec<(&str, &PanelCurve)> = channel::all().flat_map(of_channel).collect();

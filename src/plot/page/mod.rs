@@ -12,10 +12,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::DrawnRun;
 use super::html::{self, PageDocument, counted, file_name};
 use super::run::samples;
-use super::target::{self, Product};
-use super::{DrawnRun, PlotError};
+use crate::Error;
+use crate::output::{Output, Product};
 use document::{RunContent, Second};
 use form::PageForm;
 use pair::PagePair;
@@ -52,11 +53,11 @@ pub struct RunPage {
 /// blocks, so memory does not grow with its length.
 ///
 /// # Errors
-/// No samples, an unreadable file, an obstacle at `path` (see `target::check`), or a full disk.
-pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<RunPage, PlotError> {
+/// No samples, an unreadable file, an obstacle at `path` (see [`Output::new`]), or a full disk.
+pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<RunPage, Error> {
     let files = || std::iter::once(file).chain(second);
     let inputs: Vec<_> = files().map(|file| file.path().to_owned()).collect();
-    target::check(path, Product::Page, &inputs, force)?;
+    let output = Output::new(path, Product::Page, &inputs, force)?;
     let mut lines = Vec::new();
     for file in files() {
         samples(file)?;
@@ -90,7 +91,7 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
     Ok(RunPage {
         samples: file.sample_count()?,
         samples_kept,
-        bytes: document.write(&html::RUN, path)?,
+        bytes: document.write(&html::RUN, &output)?,
     })
 }
 
@@ -134,7 +135,7 @@ fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
 
 /// The form of a file. An unreadable case is an error if the file states its motion; older files get a basic form in
 /// the words of a brake.
-fn form_of(file: &ResultFile) -> Result<PageForm, PlotError> {
+fn form_of(file: &ResultFile) -> Result<PageForm, Error> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     let run = match Case::read(&source, &[]) {
         Ok(_) => Some(DrawnRun::open(file.path())?),

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::form::PageForm;
 use super::pair::{DIFFERENCE, PagePair};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::html::{Doubles, encoded};
 use crate::plot::run::RunRows;
 use crate::plot::thinning::{Blocks, Plan, ThinnedColumn, ThinnedStretch};
@@ -88,7 +88,7 @@ impl PageTrajectory {
         form: &PageForm,
         pair: Option<&PagePair>,
         room: usize,
-    ) -> Result<PageTrajectory, PlotError> {
+    ) -> Result<PageTrajectory, Error> {
         let rows = rows_of(file, pair.is_none())?;
         let samples = rows.len();
         // A sample takes a time, an offset per channel and its share of a base; base64 adds a third.

@@ -1,7 +1,6 @@
 //! A sweep file as data for figures: axes, points and quantities.
 
-use crate::plot::PlotError;
-use crate::plot::error::hint;
+use crate::Error;
 use crate::plot::figure::{Axis, Cell, extent};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::sweep::QUANTITIES;
@@ -181,7 +180,7 @@ impl StudyData {
     ///
     /// # Errors
     /// The file is unreadable, or contains no point.
-    pub fn read(file: &StudyFile) -> Result<StudyData, PlotError> {
+    pub fn read(file: &StudyFile) -> Result<StudyData, Error> {
         let names = file.variables("/");
         let status = file.numbers("status")?;
         let count = status.len();
@@ -207,7 +206,7 @@ impl StudyData {
             let keys = attribute(name, "keys").split(' ').map(str::to_owned).collect();
             axes.push(column(name, file.numbers(name)?, keys));
         }
-        let damaged = |detail: &str| PlotError::from(Reason::Damaged(detail.to_owned()).of(file.path()));
+        let damaged = |detail: &str| Error::from(Reason::Damaged(detail.to_owned()).of(file.path()));
         if is_grid {
             let sizes: Vec<usize> = axes.iter().map(|axis| axis.levels.len()).collect();
             if sizes.iter().product::<usize>() != count || file.shape("status")? != sizes {
@@ -266,7 +265,7 @@ impl StudyData {
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
-    pub fn quantity(&self, name: &str) -> Result<&StudyColumn, PlotError> {
+    pub fn quantity(&self, name: &str) -> Result<&StudyColumn, Error> {
         let found = self.quantities.iter().find(|quantity| quantity.name == name);
         found.ok_or_else(|| {
             let known: Vec<&str> = self.quantities.iter().map(|quantity| quantity.name.as_str()).collect();
@@ -303,7 +302,7 @@ impl StudyData {
     }
 
     /// Index of an axis with this name or key. The error for an unknown one lists the known ones.
-    pub fn axis(&self, name: &str) -> Result<usize, PlotError> {
+    pub fn axis(&self, name: &str) -> Result<usize, Error> {
         let is_it = |axis: &StudyColumn| axis.name == name || axis.keys.iter().any(|key| key == name);
         self.axes.iter().position(is_it).ok_or_else(|| {
             let known: Vec<&str> = self.axes.iter().map(|axis| axis.keys[0].as_str()).collect();
@@ -329,14 +328,8 @@ pub(in crate::plot) fn levels(values: impl IntoIterator<Item = f64>) -> Vec<f64>
     levels
 }
 
-pub(in crate::plot) fn unknown(path: &Path, what: &'static str, name: &str, known: &[&str]) -> PlotError {
-    PlotError::NotInStudy {
-        path: path.to_owned(),
-        what,
-        name: name.to_owned(),
-        hint: hint(name, known.iter().copied()),
-        known: known.join(", "),
-    }
+pub(in crate::plot) fn unknown(path: &Path, what: &'static str, name: &str, known: &[&str]) -> Error {
+    Error::unknown(format!("{}: the study has no {what}", path.display()), name, known, "")
 }
 
 pub(in crate::plot) fn plainly(value: f64) -> String {

@@ -15,8 +15,8 @@ mod plane;
 mod region;
 pub mod samples;
 
-use super::error::PlotError;
 use super::figure::Figure;
+use crate::Error;
 pub use data::{StudyColumn, StudyData};
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::Distribution;
@@ -87,7 +87,7 @@ pub const ENTRIES: [StudyEntry; 6] = [
 ///
 /// # Errors
 /// The file is unreadable, a quantity, axis or value is unknown, or there is nothing to draw.
-pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
+pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> {
     if choice.is_empty() && file.text("boundary/x").is_some() {
         return Ok(vec![super::critical::figure(file)?]);
     }
@@ -122,7 +122,7 @@ pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
 }
 
 /// The distribution of each drawn quantity over a sample. A grid has none, because its points are chosen.
-pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyColumn, Distribution)>, PlotError> {
+pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyColumn, Distribution)>, Error> {
     let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
     if designed {
         return Ok(Vec::new());
@@ -139,7 +139,7 @@ pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyColu
 
 /// The requested quantities, or those of the study. Without any: a sample's onset, or a grid's most distinctive
 /// result.
-fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyColumn>, PlotError> {
+fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyColumn>, Error> {
     if choice.quantities.is_empty() {
         let wishes = ["onset_time", "attractor_period"];
         return Ok(data.of_interest(if data.is_grid { &[] } else { &wishes }));
@@ -153,9 +153,6 @@ pub(super) fn title((study, complete): (&str, bool), what: &str) -> String {
     format!("{study}{incomplete}: {what}")
 }
 
-pub(super) fn refused<T>(path: &Path, why: impl Into<String>) -> Result<T, PlotError> {
-    Err(PlotError::Study {
-        path: path.to_owned(),
-        why: why.into(),
-    })
+pub(super) fn refused<T>(path: &Path, why: impl Into<String>) -> Result<T, Error> {
+    Err(Error::of_file(path, why.into()))
 }

@@ -2,13 +2,13 @@
 
 use super::data::{StudyColumn, StudyData, drawn_axis};
 use super::{plane, refused, region};
+use crate::output::{Output, Product};
 use crate::plot::figure::{Axis, hex};
 use crate::plot::html::{self, PageDocument, counted, file_name};
 use crate::plot::html::{
     ColumnRole, LETTERS, Overlay, PointColumn, PointCommand, PointsContent, PointsPage, SIZE_LIMIT, USUAL_DIGITS,
 };
-use crate::plot::target::{self, Product};
-use crate::plot::{PlotError, critical, style};
+use crate::plot::{Error, critical, style};
 use std::path::Path;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::StudyFile;
@@ -26,9 +26,9 @@ const OF_TOLERANCE: [&str; 4] = ["auto", "cvode", "arkode", "series"];
 /// Writes the page of a sweep to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// An unreadable file, too many points, an obstacle at `path` (see `target::check`), or a full disk.
-pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
-    target::check(path, Product::Page, &[file.path().to_owned()], force)?;
+/// An unreadable file, too many points, an obstacle at `path` (see [`Output::new`]), or a full disk.
+pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, Error> {
+    let output = Output::new(path, Product::Page, &[file.path().to_owned()], force)?;
     let data = StudyData::read(file)?;
     let chosen = match quantities {
         // Where every point failed, all are shown as empty.
@@ -120,7 +120,7 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
         points,
         branches: None,
         quantities: chosen.len(),
-        bytes: page.write(&html::POINTS, path)?,
+        bytes: page.write(&html::POINTS, &output)?,
     })
 }
 

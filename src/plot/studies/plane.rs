@@ -2,7 +2,7 @@
 
 use super::data::{self, StudyColumn, StudyData};
 use super::{Choice, refused, title};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::critical::Boundary;
 use crate::plot::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel, drawn, extent};
 use crate::plot::style::{self, BLACK, BLUE, GREY, VERMILLION};
@@ -16,7 +16,7 @@ fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
     data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
-pub(super) fn or_curves(data: &StudyData, quantity: &StudyColumn, choice: &Choice) -> Result<Figure, PlotError> {
+pub(super) fn or_curves(data: &StudyData, quantity: &StudyColumn, choice: &Choice) -> Result<Figure, Error> {
     let mut selection = selected(data, choice)?;
     let mut open: Vec<usize> = (0..data.axes.len())
         .filter(|&axis| levels(data, axis, &selection.points).len() > 1)
@@ -163,7 +163,7 @@ pub(super) fn dots(
     quantity: &StudyColumn,
     choice: &Choice,
     boundary: Option<Boundary>,
-) -> Result<Figure, PlotError> {
+) -> Result<Figure, Error> {
     let selection = selected(data, choice)?;
     let varying = || (0..data.axes.len()).filter(|&axis| data.axes[axis].varies());
     let [x, y] = match (&choice.axes, &boundary) {
@@ -293,7 +293,7 @@ impl Selection {
     }
 }
 
-pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, PlotError> {
+pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, Error> {
     let mut points: Vec<usize> = (0..data.status.len()).collect();
     let mut held = Vec::new();
     for (name, text) in &choice.at {

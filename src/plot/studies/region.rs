@@ -2,7 +2,7 @@
 
 use super::data::{StudyColumn, StudyData};
 use super::{refused, title};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use crate::plot::html::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
@@ -24,7 +24,7 @@ struct RegionParameter {
 }
 
 /// A figure for each pair of parameters, with the ranges, and the region enlarged. A single one has its residual.
-pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>, PlotError> {
+pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>, Error> {
     let found = found(file, data)?;
     let worst = largest_residuals(file, data)?;
     if data.axes.len() == 1 {
@@ -44,7 +44,7 @@ pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>,
 
 /// For the page: optimum, compromise and bounds of each pair of parameters, and the largest residual of each run if a
 /// target is held.
-pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay>, Option<Vec<f64>>), PlotError> {
+pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay>, Option<Vec<f64>>), Error> {
     let found = found(file, data)?;
     let mut overlays = Vec::new();
     for (a, x) in data.axes.iter().enumerate() {
@@ -79,10 +79,10 @@ fn bounds(a: &RegionParameter, b: &RegionParameter) -> Curve {
     Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed)
 }
 
-fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, PlotError> {
+fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Error> {
     let count = data.axes.len();
     let there = file.variables("calibration");
-    let column = |name: &str| -> Result<Vec<f64>, PlotError> {
+    let column = |name: &str| -> Result<Vec<f64>, Error> {
         if !there.iter().any(|known| known == name) {
             return Ok(vec![f64::NAN; count]);
         }
@@ -104,7 +104,7 @@ fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Plo
 }
 
 /// Largest residual of the required targets for each run, in half-widths; NaN for failed runs or missing quantities.
-fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, PlotError> {
+fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, Error> {
     let column = |name: &str| file.numbers(&format!("targets/{name}"));
     let (value, half_width, role) = (column("value")?, column("half_width")?, column("role")?);
     let names = file.flags("targets/target");

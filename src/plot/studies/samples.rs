@@ -2,7 +2,7 @@
 
 use super::data::{StudyColumn, StudyData};
 use super::{refused, title};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel};
 use crate::plot::style::{BLACK, BLUE, SKY};
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
@@ -11,7 +11,7 @@ use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 const AXES: usize = 6;
 
 /// Histogram with percentiles, and dots over each varying axis, by decreasing rank correlation.
-pub(super) fn figure(data: &StudyData, quantity: &StudyColumn) -> Result<Figure, PlotError> {
+pub(super) fn figure(data: &StudyData, quantity: &StudyColumn) -> Result<Figure, Error> {
     let Some(distribution) = Distribution::of(&quantity.values, quantity.whole) else {
         let name = &quantity.name;
         return refused(

@@ -41,22 +41,9 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(50);
 const GROUP: usize = 128;
 
-/// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion.
-pub(super) fn run_elsewhere(
-    study: &Study,
-    points: impl Iterator<Item = StudyPoint>,
-    executor: &mut dyn Executor,
-    watch: &dyn Watch,
-    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let ended = run_tasks(study, points, executor, watch, deliver);
-    if ended.is_err() {
-        executor.cancel();
-    }
-    ended
-}
-
-fn run_tasks(
+/// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion. After an
+/// error, submitted tasks are left.
+pub(super) fn run_tasks(
     study: &Study,
     mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,

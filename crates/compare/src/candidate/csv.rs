@@ -3,8 +3,8 @@
 use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
 use super::table::{
-    ArrayValues, BLOCK, CandidatePlace, CandidateSource, CandidateTable, Pass, TableArray, TableColumn, TableReader,
-    each_once,
+    ArrayReader, ArrayValues, BLOCK, CandidateColumn, CandidatePlace, CandidateSource, CandidateTable, Pass,
+    TableArray, each_once,
 };
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::io::{BufRead, BufReader};
@@ -127,8 +127,8 @@ fn header(text: &str) -> CsvHeader {
     (name.split_whitespace().collect::<Vec<_>>().join(" "), unit)
 }
 
-impl TableReader for CsvReader {
-    fn pass(&self, of: Vec<TableColumn>) -> Result<Pass<'_>, CompareError> {
+impl ArrayReader for CsvReader {
+    fn pass(&self, of: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
         let mut records = self.records()?;
         Ok(Box::new(move |columns| {
             columns.iter_mut().for_each(Vec::clear);

@@ -1,7 +1,7 @@
 //! Columns of HDF5 files: result files, and files of other programs.
 
 use super::super::CompareError;
-use super::table::{ArrayValues, BLOCK, CandidateTable, LeftOut, Pass, TableArray, TableColumn, TableReader};
+use super::table::{ArrayReader, ArrayValues, BLOCK, CandidateColumn, CandidateTable, LeftOut, Pass, TableArray};
 use stickslip_files::{ForeignFile, ResultFile};
 
 #[derive(Debug)]
@@ -21,8 +21,8 @@ pub(super) fn own_table(file: ResultFile, columns: &[String]) -> CandidateTable 
     }
 }
 
-impl TableReader for OwnReader {
-    fn pass(&self, of: Vec<TableColumn>) -> Result<Pass<'_>, CompareError> {
+impl ArrayReader for OwnReader {
+    fn pass(&self, of: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
         let (rows, mut row) = (self.file.sample_count()?, 0);
         Ok(Box::new(move |columns| {
             let range = row..rows.min(row + BLOCK);
@@ -70,8 +70,8 @@ pub(super) fn foreign_table(file: ForeignFile) -> CandidateTable {
     }
 }
 
-impl TableReader for ForeignReader {
-    fn pass(&self, of: Vec<TableColumn>) -> Result<Pass<'_>, CompareError> {
+impl ArrayReader for ForeignReader {
+    fn pass(&self, of: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
         let sources = of.iter().map(|of| Ok(self.file.column(&self.variables[of.array].0)?));
         let sources = sources.collect::<Result<Vec<_>, CompareError>>()?;
         let (rows, mut row) = (of.first().map_or(0, |of| of.elements.2), 0);

@@ -2,8 +2,8 @@
 
 use super::super::CompareError;
 use super::table::{
-    ArrayValues, BLOCK, CandidatePlace, CandidateSource, CandidateTable, LeftOut, Pass, TableArray, TableColumn,
-    TableReader, temporary,
+    ArrayReader, ArrayValues, BLOCK, CandidateColumn, CandidatePlace, CandidateSource, CandidateTable, LeftOut, Pass,
+    TableArray, temporary,
 };
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -149,9 +149,9 @@ pub(super) fn npz_table(source: &CandidateSource) -> Result<CandidateTable, Comp
     })
 }
 
-impl TableReader for NpzReader {
-    fn pass(&self, columns: Vec<TableColumn>) -> Result<Pass<'_>, CompareError> {
-        let column = |column: TableColumn| {
+impl ArrayReader for NpzReader {
+    fn pass(&self, columns: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
+        let column = |column: CandidateColumn| {
             let (array, (start, stride, left)) = (&self.arrays[column.array], column.elements);
             NpzColumn {
                 path: &self.path,

@@ -18,8 +18,8 @@ pub(super) const BLOCK: usize = 65_536;
 pub(super) type Pass<'a> = Box<dyn FnMut(&mut [Vec<f64>]) -> Result<(), CompareError> + 'a>;
 
 /// Reads the arrays of a file.
-pub(super) trait TableReader: std::fmt::Debug {
-    fn pass(&self, columns: Vec<TableColumn>) -> Result<Pass<'_>, CompareError>;
+pub(super) trait ArrayReader: std::fmt::Debug {
+    fn pass(&self, columns: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError>;
 
     /// An array as texts, for kinds of events; `None` if it is to be read as numbers.
     fn texts(&self, _array: usize) -> Result<Option<Vec<String>>, CompareError> {
@@ -89,7 +89,7 @@ impl TableArray {
 
 /// A column of a table: some elements of an array.
 #[derive(Debug, Clone)]
-pub(super) struct TableColumn {
+pub(super) struct CandidateColumn {
     pub name: String,
     pub array: usize,
     /// First element, distance of elements, and number of them.
@@ -104,7 +104,7 @@ pub(super) struct CandidateTable {
     pub left_out: Vec<LeftOut>,
     /// Names of arrays are paths in the file. The last part is enough if it is unique.
     pub by_path: bool,
-    pub reader: Box<dyn TableReader>,
+    pub reader: Box<dyn ArrayReader>,
 }
 
 impl CandidateTable {
@@ -149,10 +149,10 @@ impl CandidateTable {
         })
     }
 
-    fn column_of(&self, name: &str, fits: impl Fn(&TableArray) -> bool) -> Option<TableColumn> {
+    fn column_of(&self, name: &str, fits: impl Fn(&TableArray) -> bool) -> Option<CandidateColumn> {
         let (array, slice) = slice_of(name);
         let array = self.find(array, fits)?;
-        Some(TableColumn {
+        Some(CandidateColumn {
             name: name.to_owned(),
             array,
             elements: self.arrays[array].elements(slice)?,
@@ -168,7 +168,7 @@ impl CandidateTable {
         self.has(name) || self.column_of(name, |array| !is_number(array)).is_some()
     }
 
-    fn column(&self, name: &str) -> Result<TableColumn, CompareError> {
+    fn column(&self, name: &str) -> Result<CandidateColumn, CompareError> {
         if let Some(column) = self.column_of(name, is_number) {
             return Ok(column);
         }
@@ -188,7 +188,7 @@ impl CandidateTable {
         ))
     }
 
-    fn columns(&self, names: &[String]) -> Result<Vec<TableColumn>, CompareError> {
+    fn columns(&self, names: &[String]) -> Result<Vec<CandidateColumn>, CompareError> {
         names.iter().map(|name| self.column(name)).collect()
     }
 
