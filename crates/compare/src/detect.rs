@@ -6,7 +6,7 @@
 //! Times are better than the sampling. A stop is the zero of the cubic through the last four samples before it. A
 //! breakaway is the zero of omega_r = a x^2 + b x^3 through the first three samples after it, not before |omega_r| begins
 //! to rise, or halfway between its samples if there is no such zero. Times stay within their samples, which are their
-//! bound. If the state is known, [`super::locate`] does better.
+//! bound. If the state is known, the equations locate events better.
 
 use super::Channel;
 use super::candidate::Block;
