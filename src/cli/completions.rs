@@ -193,7 +193,7 @@ pub(super) fn channels() -> ArgValueCandidates {
 
 pub(super) fn columns() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
-        let channels = Channel::ALL.into_iter().chain(Channel::products());
+        let channels = Channel::all().chain(Channel::products());
         let names = std::iter::once("time".into()).chain(channels.map(Channel::name));
         names
             .map(|name: std::borrow::Cow<str>| candidate(&format!("{name}="), ""))

@@ -6,10 +6,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Arguments;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stickslip_compare::{CompareProgress, CompareStage};
 use stickslip_system::watch::{Watch, go_on_unless};
 
 const TICKS: f64 = 1000.0;
@@ -47,16 +45,6 @@ impl Bar {
         }
         let stop = stop.clone();
         Bar { bar, shown, stop }
-    }
-
-    pub(super) fn comparison(&self, progress: CompareProgress, candidate: &Path) {
-        let stage = match progress.stage {
-            CompareStage::Events { time } => format!("events, t = {time:.6} s"),
-            CompareStage::States { time } => format!("states, t = {time:.6} s"),
-            CompareStage::Causes { of: 0, .. } => "trying causes".to_owned(),
-            CompareStage::Causes { runs, of } => format!("trying causes, {runs} of {of} runs"),
-        };
-        let _ = self.at(progress.done, 1.0, format_args!("{}: {stage}", candidate.display()));
     }
 }
 

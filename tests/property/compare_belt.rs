@@ -2,9 +2,11 @@
 
 use crate::common::cases::built_in;
 use crate::common::compare::{Kept, agrees, causes, events_csv, evidence, kept, series};
-use std::fmt::Write;
-
-use stickslip::compare::{CauseKind, CompareProgress, CompareStage, Comparison, Mapping, Reference};
+use std::fmt::{Arguments, Write};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use stickslip::Watch;
+use stickslip::compare::{CauseKind, Comparison, Mapping, Reference};
 
 /// The run of a case with samples at one constant interval, as from another solver.
 fn made(case: &str, overrides: &[&str]) -> Kept {
@@ -258,20 +260,34 @@ fn property_a_comparison_says_how_far_it_is() {
     for quick in [false, true] {
         let mut mapping = reference.mapping();
         mapping.quick = quick;
-        let mut said: Vec<CompareProgress> = Vec::new();
-        let mut keep = |progress| said.push(progress);
-        reference.compare_watched(&path, &mapping, &mut keep).unwrap();
-        let number = |progress: &CompareProgress| match progress.stage {
-            CompareStage::Events { .. } => 0,
-            CompareStage::States { .. } => 1,
-            CompareStage::Causes { .. } => 2,
-        };
+        let said = Said::default();
+        reference.compare_watched(&path, &mapping, &said).unwrap();
+        let said = said.0.into_inner().unwrap();
         assert!(
             said.windows(2)
-                .all(|pair| number(&pair[0]) <= number(&pair[1]) && pair[0].done <= pair[1].done)
+                .all(|pair| pair[0].0 <= pair[1].0 && pair[0].1 <= pair[1].1)
         );
-        assert!(said.iter().all(|progress| (0.0..=1.0).contains(&progress.done)));
-        assert_eq!(number(said.last().unwrap()), if quick { 1 } else { 2 });
+        assert!(said.iter().all(|(_, done)| (0.0..=1.0).contains(done)));
+        assert_eq!(said.last().unwrap().0, if quick { 1 } else { 2 });
+    }
+}
+
+/// Stages and finished shares.
+#[derive(Default)]
+struct Said(Mutex<Vec<(usize, f64)>>);
+
+impl Watch for Said {
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    fn at(&self, done: f64, of: f64, what: Arguments<'_>) -> ControlFlow<()> {
+        let what = what.to_string();
+        let stage = ["events, t = ", "states, t = ", "trying causes"]
+            .iter()
+            .position(|stage| what.contains(stage));
+        self.0.lock().unwrap().push((stage.unwrap(), done / of));
+        ControlFlow::Continue(())
     }
 }
 

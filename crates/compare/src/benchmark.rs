@@ -62,10 +62,7 @@ impl BenchmarkProblem {
         let known = |name: &String| {
             ["time", "relative_velocity"].contains(&name.as_str()) || self.columns.iter().any(|c| c.name == *name)
         };
-        let is_text = || {
-            path.extension()
-                .is_none_or(|extension| extension != "npz" && extension != "h5")
-        };
+        let is_text = || path.extension().is_none_or(|end| end != "npz" && end != "h5");
         let is_read = match candidate.format {
             "CSV" => candidate.columns().iter().all(known),
             "events table" => is_text(),

@@ -14,7 +14,7 @@ use super::integrals::EnergyDrift;
 use super::integrals::ImpulseErrors;
 use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
-use super::score::Score;
+use super::score::{CreepScore, Score};
 use super::states::Phase;
 use super::states::{StatePass, Tally};
 use super::statistics::ComparedAttractor;
@@ -232,19 +232,18 @@ impl Comparison {
         let Some([reference, candidate]) = self.attractors else {
             return;
         };
-        let mut add = |what: &str, why: &str| {
-            self.absent.push(Absent::of((what, why)));
-        };
+        let mut add = |what: &str, why: &str| self.absent.push(Absent::of((what, why)));
         if reference.is_some() {
-            add(
-                "final_stick",
-                "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead",
-            );
+            let why =
+                "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead";
+            add("final_stick", why);
         }
         match (reference, candidate) {
-            (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {
-                let why = "the candidate has no column of the position over its last period";
-                add("amplitude", why);
+            (Some(_), Some(ComparedAttractor { amplitude: None, .. })) => {
+                add(
+                    "amplitude",
+                    "the candidate has no column of the position over its last period",
+                );
             }
             (Some(_), None) => {
                 let why = "its last two periods do not agree to 1e-4, or are not in what it covers";
@@ -258,13 +257,11 @@ impl Comparison {
         }
         if self.span.is_none() {
             add("states", "the candidate is a table of events");
+        } else if self.energy_drift.is_none() && lacking.is_empty() {
+            let why = "the samples are nowhere eight to a natural period, or an energy is beyond the largest number";
+            add("energy_drift", why);
         } else if self.energy_drift.is_none() {
-            let why = match lacking {
-                [] => "the samples are nowhere eight to a natural period, or an energy is beyond the largest number"
-                    .to_owned(),
-                _ => format!("the candidate has no {}", lacking.join(", ")),
-            };
-            add("energy_drift", &why);
+            add("energy_drift", &format!("the candidate has no {}", lacking.join(", ")));
         }
     }
 
@@ -294,14 +291,18 @@ impl Comparison {
         let (errors, uncovered) = (&self.event_errors, self.uncovered);
         let (covered, of_all) = (self.reference_events, self.reference_events + uncovered);
         let creep = self.score.as_ref().and_then(|score| score.creep).filter(|_| creeps);
-        let creep = creep.map(|creep| {
-            let (speed, unit, slid) = (creep.candidate, creep.unit, creep.slid);
-            let of_length = unit.trim_end_matches("/s");
-            format!(
-                "creeps at {speed:.3e} {unit}, {slid:.2e} {of_length} in {:.3} s",
-                creep.slid_in
-            )
-        });
+        let creep = creep.map(
+            |CreepScore {
+                 candidate: speed,
+                 unit,
+                 slid,
+                 slid_in,
+                 ..
+             }| {
+                let length = unit.trim_end_matches("/s");
+                format!("creeps at {speed:.3e} {unit}, {slid:.2e} {length} in {slid_in:.3} s")
+            },
+        );
         let mut text = match self.sequence.first() {
             _ if creep.is_some() && of_all == 0 => "the reference sticks throughout, and the candidate".to_owned(),
             None => match errors.matched {
@@ -318,15 +319,15 @@ impl Comparison {
                     Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
                 };
                 let (position, kind, time) = (first.position, first.kind, first.time);
+                let all = self.sequence.len();
                 let unseen = match self.sequence.iter().filter(|d| d.shorter_than_interval).count() {
                     0 => String::new(),
-                    all if all == self.sequence.len() => {
+                    some if some == all => {
                         ", of a motion shorter than the interval of the samples, as are all differences".to_owned()
                     }
-                    some => format!(
-                        "; {some} of {} differences are of motions shorter than the interval of the samples",
-                        self.sequence.len()
-                    ),
+                    some => {
+                        format!("; {some} of {all} differences are of motions shorter than the interval of the samples")
+                    }
                 };
                 format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}{unseen}")
             }
@@ -368,15 +369,23 @@ impl Comparison {
         }
         // Where some events match, segments of one run alone are not its states.
         let counts = |row: &&ChannelErrors| row.phase != Phase::Apart || errors.max.is_none();
-        let worst = self.channels.iter().filter(counts);
-        let worst = worst.filter_map(|row| Some((row, row.mescd?)));
-        match worst.min_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((row, digits)) if digits < 0.0 => {
-                let (channel, max, unit) = (&row.channel, row.max, row.unit);
-                text += &format!(
-                    "; states do not agree: {channel} is off by {max:.1e} {unit} at {:.6} s",
-                    row.max_at
-                );
+        let rated = self
+            .channels
+            .iter()
+            .filter(counts)
+            .filter_map(|row| Some((row, row.mescd?)));
+        match rated.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((
+                ChannelErrors {
+                    channel,
+                    max,
+                    unit,
+                    max_at,
+                    ..
+                },
+                digits,
+            )) if digits < 0.0 => {
+                text += &format!("; states do not agree: {channel} is off by {max:.1e} {unit} at {max_at:.6} s");
             }
             Some((_, digits)) if errors.max.is_none() && creep.is_none() => {
                 text += &format!("; states agree to {digits:.1} digits")
@@ -410,36 +419,25 @@ impl Comparison {
                 }
                 None => {}
             }
+            let closest = unexplained.closest.filter(|closest| closest.explained > 0.01);
             if let Some(Closest {
                 cause,
                 explained,
                 why_not,
-            }) = unexplained.closest.filter(|closest| closest.explained > 0.01)
+            }) = closest
             {
-                text += &format!(
-                    "; the closest, {}, explains {} % of the squared difference",
-                    cause.name(),
-                    percent(explained)
-                );
+                let (name, part) = (cause.name(), percent(explained));
+                text += &format!("; the closest, {name}, explains {part} % of the squared difference");
                 if explained >= EXPLAINED {
                     text += why_not;
                 }
-            }
-            let is_named = unexplained.closest.is_some_and(|closest| closest.explained > 0.01);
-            let less = |other: &&Closest| {
-                unexplained
-                    .closest
-                    .is_some_and(|closest| other.explained < closest.explained)
-            };
-            let others = unexplained
-                .ruled_out
-                .iter()
-                .filter(less)
-                .map(|other| other.cause.name());
-            let others: Vec<&str> = others.filter(|_| is_named).collect();
-            if !others.is_empty() {
-                let verb = if others.len() == 1 { "explains" } else { "explain" };
-                text += &format!("; {} {verb} less", others.join(", "));
+                let others = unexplained.ruled_out.iter().filter(|other| other.explained < explained);
+                let others: Vec<&str> = others.map(|other| other.cause.name()).collect();
+                match others.len() {
+                    0 => {}
+                    1 => text += &format!("; {} explains less", others[0]),
+                    _ => text += &format!("; {} explain less", others.join(", ")),
+                }
             }
             if let Some(more) = &unexplained.would_tell {
                 text += &format!("; {more} would tell more");
@@ -567,10 +565,10 @@ impl Requirement {
             "scd" => fewest(|row| row.scd),
             "mescd" => fewest(|row| row.mescd),
             "drift" => comparison.cycles.as_ref().map(|cycles| cycles.per_cycle.abs()),
-            "score_position" => comparison.score.as_ref()?.position.as_ref().map(|of| of.relative),
-            "score_period" => comparison.score.as_ref()?.period.as_ref().map(|of| of.relative),
-            "score_rest" => comparison.score.as_ref()?.rest.as_ref().map(|of| of.relative),
-            "score_creep" => comparison.score.as_ref()?.creep.as_ref().map(|of| of.relative),
+            "score_position" => Some(comparison.score.as_ref()?.position.as_ref()?.relative),
+            "score_period" => Some(comparison.score.as_ref()?.period.as_ref()?.relative),
+            "score_rest" => Some(comparison.score.as_ref()?.rest.as_ref()?.relative),
+            "score_creep" => Some(comparison.score.as_ref()?.creep?.relative),
             name => {
                 let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
                 statistic.error().map(f64::abs)

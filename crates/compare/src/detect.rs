@@ -6,11 +6,12 @@
 //! Times are better than the sampling. A stop is the zero of the cubic through the last four samples before it. A
 //! breakaway is the zero of omega_r = a x^2 + b x^3 through the first three samples after it, not before |omega_r| begins
 //! to rise, or halfway between its samples if there is no such zero. Times stay within their samples, which are their
-//! bound. If the state is known, [`super::locate`] does better.
+//! bound. If the state is known, the equations locate events better.
 
 use super::Channel;
 use super::candidate::Block;
 use serde::Serialize;
+use stickslip_system::numerics::bisection::bisect;
 use stickslip_system::record::EventKind;
 use stickslip_system::record::sequence::SequenceEvent;
 
@@ -163,9 +164,10 @@ impl Detector {
         }
     }
 
-    fn breakaway(&self, leaving: &Leaving) -> Found {
+    fn end_stick(&mut self) {
         let rest = self.detection.velocity_tolerance * self.detection.hysteresis;
-        breakaway(leaving, rest)
+        let left = self.leaving.take();
+        self.events.extend(left.map(|leaving| breakaway(&leaving, rest)));
     }
 
     /// Largest |omega_r| outside the tolerance at which it stood still, rad/s; 0 if it never did. A solver that does
@@ -205,6 +207,30 @@ impl Detector {
         skipped
     }
 
+    /// Takes samples: times (s), relative velocities (rad/s) and normal forces (N, empty if unknown), with the torques
+    /// (N m) at a row, until `goes_on` is false after a row.
+    pub(super) fn add_all(
+        &mut self,
+        (time, velocity, forces): (&[f64], &[f64], &[f64]),
+        torques: impl Fn(usize) -> Option<(f64, f64)>,
+        mut goes_on: impl FnMut(usize, &mut Detector) -> bool,
+    ) {
+        let mut row = 0;
+        while row < time.len() {
+            row += self.skip(&velocity[row..], forces.get(row..).unwrap_or_default());
+            self.add(Point {
+                time: time[row],
+                velocity: velocity[row],
+                normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
+                torques: torques(row),
+            });
+            if !goes_on(row, self) {
+                return;
+            }
+            row += 1;
+        }
+    }
+
     /// Takes the next sample.
     pub fn add(&mut self, p: Point) {
         let at_rest = p.velocity.abs() <= self.detection.velocity_tolerance;
@@ -214,8 +240,7 @@ impl Detector {
                 leaving.after.push(p);
             }
             if !goes_on || leaving.after.len() == 3 {
-                let left = self.leaving.take();
-                self.events.extend(left.map(|leaving| self.breakaway(&leaving)));
+                self.end_stick();
             }
         }
         if p.normal_force <= 0.0 && !matches!(self.phase, DetectedPhase::Start | DetectedPhase::Separated) {
@@ -273,8 +298,7 @@ impl Detector {
 
     /// The events, after the last sample.
     pub fn finish(mut self) -> Vec<Found> {
-        let left = self.leaving.take();
-        self.events.extend(left.map(|leaving| self.breakaway(&leaving)));
+        self.end_stick();
         self.settle();
         self.events
     }
@@ -364,15 +388,7 @@ fn first_zero(samples: &[Option<Point>; 4], end: f64) -> Option<f64> {
     const PARTS: u32 = 8;
     let at = |k: u32| a.time + (end - a.time) * f64::from(k) / f64::from(PARTS);
     let k = (1..=PARTS).find(|&k| passed(at(k)))?;
-    let (mut low, mut high) = (at(k - 1), at(k));
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if passed(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
+    let (low, high) = bisect(at(k - 1), at(k), 60, |time| !passed(time));
     Some(0.5 * (low + high))
 }
 
@@ -504,15 +520,7 @@ fn zero(a: Option<(f64, f64)>, b: (f64, f64), c: (f64, f64)) -> f64 {
     let slope = (c.1 - b.1) / (c.0 - b.0);
     let bend = a.map_or(0.0, |a| (slope - (b.1 - a.1) / (b.0 - a.0)) / (c.0 - a.0));
     let value = |t: f64| b.1 + (t - b.0) * (slope + bend * (t - c.0));
-    let (mut low, mut high) = (b.0, c.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if (value(middle) > 0.0) == (b.1 > 0.0) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let (low, high) = bisect(b.0, c.0, 60, |time| (value(time) > 0.0) == (b.1 > 0.0));
     0.5 * (low + high)
 }
 
@@ -562,8 +570,8 @@ impl HysteresisPass {
         Some(HysteresisPass {
             detector: Detector::new(plain),
             detection: Some(detection).filter(|detection| detection.hysteresis > 1.0)?,
-            velocity: column(Channel::RelativeVelocity)?,
-            force: column(Channel::NormalForce),
+            velocity: column(Channel::RELATIVE_VELOCITY)?,
+            force: column(Channel::NORMAL_FORCE),
             found: found.to_vec(),
             most: 10 * found.len() + 1000,
             begins,
@@ -574,18 +582,13 @@ impl HysteresisPass {
     pub fn add(&mut self, block: &Block) {
         let (velocity, none) = (&block.columns[self.velocity], Vec::new());
         let forces = self.force.map_or(&none, |column| &block.columns[column]);
-        let mut row = 0;
-        while row < block.time.len() && self.detector.count() < self.most {
-            row += self
-                .detector
-                .skip(&velocity[row..], forces.get(row..).unwrap_or_default());
-            self.detector.add(Point {
-                time: block.time[row],
-                velocity: velocity[row],
-                normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
-                torques: None,
-            });
-            row += 1;
+        let most = self.most;
+        if self.detector.count() < most {
+            self.detector.add_all(
+                (&block.time, velocity, forces),
+                |_| None,
+                |_, detector| detector.count() < most,
+            );
         }
     }
 

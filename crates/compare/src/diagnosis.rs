@@ -114,7 +114,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    fn of(cause: CauseKind, evidence: String) -> Diagnosis {
+    pub(super) fn shown(cause: CauseKind, evidence: String) -> Diagnosis {
         Diagnosis {
             cause,
             evidence,
@@ -122,14 +122,10 @@ impl Diagnosis {
         }
     }
 
-    pub(super) fn shown(cause: CauseKind, evidence: String) -> Diagnosis {
-        Diagnosis::of(cause, evidence)
-    }
-
     pub(super) fn tried(cause: CauseKind, evidence: String, explained: f64) -> Diagnosis {
         Diagnosis {
             explained: Some(explained),
-            ..Diagnosis::of(cause, evidence)
+            ..Diagnosis::shown(cause, evidence)
         }
     }
 }
@@ -142,18 +138,12 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 pub(super) fn wrong_units(fault: &UnitFault) -> Diagnosis {
-    let UnitFault {
-        name,
-        found,
-        expected,
-        explained,
-    } = fault;
-    let evidence = if found.contains(' ') && found.starts_with("the") {
-        format!("{name} has {found}")
-    } else {
-        format!("{name} looks like {found} where {expected} is meant")
+    let (name, found) = (&fault.name, &fault.found);
+    let evidence = match fault.is_opposite() {
+        true => format!("{name} has {found}"),
+        false => format!("{name} looks like {found} where {} is meant", fault.expected),
     };
-    Diagnosis::tried(CauseKind::WrongUnits, evidence, *explained)
+    Diagnosis::tried(CauseKind::WrongUnits, evidence, fault.explained)
 }
 
 pub(super) struct Symptoms<'a> {
@@ -243,7 +233,7 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
     if cause == CauseKind::RegularisedLaw {
         causes.retain(|known| !matches!(known.cause, CauseKind::VelocityTolerance | CauseKind::StickTest));
     }
-    causes.insert(0, Diagnosis::of(cause, evidence));
+    causes.insert(0, Diagnosis::shown(cause, evidence));
 }
 
 /// A channel, or the time, that differs from the reference by the factor of a unit.

@@ -119,47 +119,38 @@ impl WrongEvent {
     pub fn first(errors: &EventErrors, differences: &[Difference], period: f64, resolved: f64) -> Option<WrongEvent> {
         let tolerance = tolerance(errors, period, resolved);
         let parted = differences.iter().find(|difference| !difference.shorter_than_interval);
-        let off = errors.events.iter();
-        let mut off = off.filter(|event| event.error.abs() > tolerance.max(event.bound));
-        let off = off.next();
-        if let Some(event) = off.filter(|event| parted.is_none_or(|parted| event.time < parted.time)) {
-            return Some(WrongEvent {
-                position: event.position,
-                kind: event.kind,
-                time: event.time,
-                error: Some(event.error),
-                fault: None,
-                tolerance,
-            });
-        }
-        parted.map(|difference| WrongEvent {
-            position: difference.position,
-            kind: difference.kind,
-            time: difference.time,
-            error: None,
-            fault: Some(difference.fault),
+        let wrong = |event: &&EventError| event.error.abs() > tolerance.max(event.bound);
+        let off = errors.events.iter().find(wrong);
+        let off = off.filter(|event| parted.is_none_or(|parted| event.time < parted.time));
+        let (position, kind, time) = match (off, parted) {
+            (Some(event), _) => (event.position, event.kind, event.time),
+            (None, Some(difference)) => (difference.position, difference.kind, difference.time),
+            (None, None) => return None,
+        };
+        Some(WrongEvent {
+            position,
+            kind,
+            time,
+            error: off.map(|event| event.error),
+            fault: parted.filter(|_| off.is_none()).map(|difference| difference.fault),
             tolerance,
         })
     }
 
     /// For example "event 12, a slip at 30.100000 s, is off by 8.6e-3 s".
     pub fn words(&self) -> String {
-        let WrongEvent {
-            position, kind, time, ..
-        } = self;
-        match (self.error, self.fault) {
-            (Some(error), _) => format!("event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s"),
-            (None, fault) => {
-                let what = match fault {
-                    Some(Fault::Missing) | None => "is missing in the candidate",
-                    Some(Fault::Spurious) => "is the candidate's alone",
-                    Some(Fault::Doubled) => "is there twice",
-                    Some(Fault::Swapped) => "has changed places with its neighbour",
-                    Some(Fault::Renamed) => "is another event in the candidate",
-                };
-                format!("the {kind} at {time:.6} s {what}")
-            }
+        let (position, kind, time) = (self.position, self.kind, self.time);
+        if let Some(error) = self.error {
+            return format!("event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s");
         }
+        let what = match self.fault {
+            Some(Fault::Missing) | None => "is missing in the candidate",
+            Some(Fault::Spurious) => "is the candidate's alone",
+            Some(Fault::Doubled) => "is there twice",
+            Some(Fault::Swapped) => "has changed places with its neighbour",
+            Some(Fault::Renamed) => "is another event in the candidate",
+        };
+        format!("the {kind} at {time:.6} s {what}")
     }
 }
 
@@ -205,51 +196,52 @@ impl CycleErrors {
     /// Cycle errors of the kind with the most matched events; `None` with too few.
     pub fn of(errors: &EventErrors) -> Option<CycleErrors> {
         let of_kind = |kind: &'static str| {
-            let events = errors.events.iter().filter(|event| event.kind == kind);
-            let events = events.map(|event| (event.time, event.error, event.position));
-            (kind, events.collect::<Vec<_>>())
+            errors
+                .events
+                .iter()
+                .filter(|event| event.kind == kind)
+                .collect::<Vec<_>>()
         };
         let kinds = ["reversal", "stick", "slip"].map(of_kind);
-        let (of, events) = kinds.into_iter().max_by_key(|(_, events)| events.len())?;
-        if events.len() < FEWEST {
-            return None;
-        }
+        let events = kinds
+            .into_iter()
+            .max_by_key(Vec::len)
+            .filter(|events| events.len() >= FEWEST)?;
         let (first, last) = (events[0], events[events.len() - 1]);
-        let cycle = (last.0 - first.0) / (events.len() - 1) as f64;
+        let cycle = (last.time - first.time) / (events.len() - 1) as f64;
         if cycle <= 0.0 {
             return None;
         }
-        let number = |time: f64| (time - first.0) / cycle;
         let n = events.len() as f64;
-        let (mean, error) = (
-            events.iter().map(|e| number(e.0)).sum::<f64>() / n,
-            events.iter().map(|e| e.1).sum::<f64>() / n,
-        );
-        let square: f64 = events.iter().map(|e| (number(e.0) - mean).powi(2)).sum();
-        let product: f64 = events.iter().map(|e| (number(e.0) - mean) * (e.1 - error)).sum();
-        let per_cycle = product / square;
-        let left = events.iter().map(|e| e.1 - error - per_cycle * (number(e.0) - mean));
-        let left: f64 = left.map(|x| x * x).sum();
-        let all: f64 = events.iter().map(|e| (e.1 - error).powi(2)).sum();
+        let points = events
+            .iter()
+            .map(|event| ((event.time - first.time) / cycle, event.error));
+        let points: Vec<(f64, f64)> = points.collect();
+        let sum = |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| of(x, y)).sum::<f64>();
+        let (mean, error) = (sum(&|x, _| x) / n, sum(&|_, y| y) / n);
+        let square = sum(&|x, _| (x - mean).powi(2));
+        let per_cycle = sum(&|x, y| (x - mean) * (y - error)) / square;
+        let left = sum(&|x, y| (y - error - per_cycle * (x - mean)).powi(2));
+        let all = sum(&|_, y| (y - error).powi(2));
         let explained = if all > 0.0 { 1.0 - left / all } else { 0.0 };
         let uncertainty = (left / (n - 2.0) / square).sqrt();
         let mut by_size = events.clone();
-        by_size.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        by_size.sort_by(|a, b| b.error.abs().total_cmp(&a.error.abs()));
         Some(CycleErrors {
-            of,
+            of: first.kind,
             cycles: events.len(),
-            first: first.1,
-            last: last.1,
+            first: first.error,
+            last: last.error,
             per_cycle,
             relative: per_cycle / cycle,
             scatter: (left / n).sqrt(),
             uncertainty,
             explained,
             drifts: explained >= LINEAR && per_cycle.abs() > SIGNIFICANT * uncertainty,
-            largest: by_size[0].1.abs(),
-            largest_position: by_size[0].2,
-            largest_at: by_size[0].0,
-            others: by_size[1].1.abs(),
+            largest: by_size[0].error.abs(),
+            largest_position: by_size[0].position,
+            largest_at: by_size[0].time,
+            others: by_size[1].error.abs(),
         })
     }
 }

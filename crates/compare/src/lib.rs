@@ -104,6 +104,7 @@ use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events}
 use score::ScorePass;
 use states::{Grid, Phase, StatePass, Window, windows, without_small_shifts};
 use statistics::{PositionRange, of_attractors, statistics};
+use std::fmt::Arguments;
 use std::path::Path;
 use std::sync::Mutex;
 use stickslip_case::quantity::Dimension;
@@ -112,6 +113,7 @@ use stickslip_files::{ResultError, ResultFile, open_sound};
 use stickslip_system::model::Mode;
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 use stickslip_system::record::{Event, EventKind};
+use stickslip_system::watch::Watch;
 use survey::{FOUND, Survey, resolution_of, sequence, without_open_contact};
 
 /// Errors of stated event times up to this, s, need no explanation; and of events found in samples.
@@ -136,37 +138,6 @@ pub struct Reference {
 
 /// Largest velocity tolerance for a reference that is at rest or slower, rad/s or m/s.
 const LEAST_SPEED: f64 = 0.01;
-
-/// Progress of a comparison.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CompareProgress {
-    /// Finished share, 0 to 1. All stages have the same weight.
-    pub done: f64,
-    /// Current stage.
-    pub stage: CompareStage,
-}
-
-/// Stages of a comparison, in this order.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum CompareStage {
-    /// The pass over the candidate's samples that finds the events.
-    Events {
-        /// Simulated time, s.
-        time: f64,
-    },
-    /// The pass that compares the states.
-    States {
-        /// Simulated time, s.
-        time: f64,
-    },
-    /// Runs of the reference with possible causes; not with [`Mapping::quick`].
-    Causes {
-        /// Finished runs.
-        runs: usize,
-        /// Number of runs; 0 while it is unknown.
-        of: usize,
-    },
-}
 
 /// A sample of a candidate.
 #[derive(Debug, Clone, Copy)]
@@ -245,40 +216,44 @@ impl Reference {
     /// # Errors
     /// If the candidate cannot be read, or holds times or values that cannot be compared.
     pub fn compare(&self, path: &Path, mapping: &Mapping) -> Result<Comparison, CompareError> {
-        self.compare_watched(path, mapping, &mut |_| {})
+        self.compare_watched(path, mapping, &())
     }
 
-    /// Like [`Self::compare`], and reports the progress after each block of samples.
+    /// Like [`Self::compare`], and reports the progress after each block of samples and each run. All stages have the
+    /// same weight.
     pub fn compare_watched(
         &self,
         path: &Path,
         mapping: &Mapping,
-        watch: &mut (dyn FnMut(CompareProgress) + Send),
+        watch: &dyn Watch,
     ) -> Result<Comparison, CompareError> {
         let physics = &self.physics;
         let limit = Limit::from_now(mapping.max_wall_time.unwrap_or(DEFAULT_WALL_TIME));
         self.rerun.limit.set(Some(limit));
-        let stages = if mapping.quick { 2.0 } else { 3.0 };
-        // Runs of causes end on several threads, and more may turn out to be needed: what is behind the last report is
-        // not said.
-        let watch = Mutex::new((watch, 0.0));
-        let say = |before: f64, share: f64, stage: CompareStage| {
-            let done = (before + share) / stages;
-            if let Ok(mut guard) = watch.lock()
-                && done >= guard.1
+        // Runs of causes end on several threads, and further runs may be added: a smaller share than before is not reported.
+        let reported = Mutex::new(0.0);
+        let say = |stage: f64, share: f64, what: Arguments<'_>| {
+            let done = (stage + share) / if mapping.quick { 2.0 } else { 3.0 };
+            if let Ok(mut reported) = reported.lock()
+                && done >= *reported
             {
-                guard.1 = done;
-                (guard.0)(CompareProgress { done, stage });
+                *reported = done;
+                let _ = watch.at(done, 1.0, format_args!("{}: {what}", path.display()));
             }
         };
         let passed = |time: f64| match (time - self.start) / (self.end - self.start) {
             share if share.is_nan() => 1.0,
             share => share.clamp(0.0, 1.0),
         };
-        let mut events_up_to = |time: f64| say(0.0, passed(time), CompareStage::Events { time });
-        let mut states_up_to = |time: f64| say(1.0, passed(time), CompareStage::States { time });
-        let runs_done = |runs: usize, of: usize| {
-            say(2.0, runs as f64 / of.max(1) as f64, CompareStage::Causes { runs, of });
+        let events_up_to = |time: f64| say(0.0, passed(time), format_args!("events, t = {time:.6} s"));
+        let states_up_to = |time: f64| say(1.0, passed(time), format_args!("states, t = {time:.6} s"));
+        let runs_done = |runs: usize, of: usize| match of {
+            0 => say(2.0, runs as f64, format_args!("trying causes")),
+            _ => say(
+                2.0,
+                runs as f64 / of as f64,
+                format_args!("trying causes, {runs} of {of} runs"),
+            ),
         };
         let mut candidate = Candidate::open(path, mapping, physics)?;
         let detection = self.detection(&candidate, mapping)?;
@@ -286,9 +261,9 @@ impl Reference {
             candidate.shift(offset);
         }
         let events_given = candidate.events.is_some();
-        let shows_contact = events_given || candidate.has(Channel::NormalForce);
+        let shows_contact = events_given || candidate.has(Channel::NORMAL_FORCE);
         let own = sequence(&self.events, shows_contact);
-        let (mut survey, mut found) = self.survey(&candidate, detection, &mut events_up_to)?;
+        let (mut survey, mut found) = self.survey(&candidate, detection, &events_up_to)?;
         let mut applied = None;
         if mapping.time_offset == TimeOffset::Auto {
             let offset = self.offset(&own, &found).ok_or_else(|| {
@@ -297,7 +272,7 @@ impl Reference {
             })?;
             candidate.shift(offset.seconds);
             applied = Some(offset);
-            (survey, found) = self.survey(&candidate, detection, &mut events_up_to)?;
+            (survey, found) = self.survey(&candidate, detection, &events_up_to)?;
         }
         if !shows_contact {
             found = without_open_contact(&found, &self.events);
@@ -362,14 +337,7 @@ impl Reference {
             let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
             let passes = self.passes(&candidate, (wrong - period, wrong + period));
             let found = (!events_given).then_some((&found[..], begins));
-            Some(self.states(
-                &candidate,
-                windows,
-                (detection, found),
-                position,
-                passes,
-                &mut states_up_to,
-            )?)
+            Some(self.states(&candidate, windows, (detection, found), position, passes, &states_up_to)?)
         } else {
             None
         };
@@ -388,11 +356,8 @@ impl Reference {
         if let Some(pass) = states.as_ref().map(|states| &states.pass) {
             let together = [Phase::Sliding, Phase::StickSlip, Phase::After];
             let of_channel = |(k, &channel): (usize, &Channel)| {
-                diagnosis::unit_of_channel(
-                    channel,
-                    physics.vocabulary(),
-                    &together.map(|phase| pass.tallies(phase)[k]),
-                )
+                let tallies = together.map(|phase| pass.tallies(phase)[k]);
+                diagnosis::unit_of_channel(channel, physics.vocabulary(), &tallies)
             };
             unit_faults.extend(pass.channels.iter().enumerate().filter_map(of_channel));
         }
@@ -434,13 +399,12 @@ impl Reference {
                 // The events of a solver that switches at samples are uncertain by some intervals, whatever the bounds
                 // are.
                 bound: match events_given {
-                    true => AGREED,
+                    true => AGREED.max(floor),
                     false => bounds
                         .iter()
-                        .copied()
-                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), f64::max),
-                }
-                .max(floor),
+                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), |a, b| a.max(*b))
+                        .max(floor),
+                },
                 rounding: self.rounding(&candidate, &survey),
                 worst: match alignment.differences.iter().all(|d| d.shorter_than_interval) {
                     true => errors.max,
@@ -491,7 +455,7 @@ impl Reference {
                 .as_ref()
                 .and_then(|states| self.score(states.score.as_ref()?, span)),
             hysteresis: states.as_ref().and_then(|states| states.hysteresis),
-            velocity_unit: physics.vocabulary().unit(Channel::RelativeVelocity),
+            velocity_unit: physics.vocabulary().unit(Channel::RELATIVE_VELOCITY),
             span: candidate.has_rows().then_some(span),
             interval: survey.interval,
             reference_events: reference_word.len(),
@@ -583,31 +547,27 @@ impl Reference {
     fn detection(&self, candidate: &Candidate, mapping: &Mapping) -> Result<Detection, CompareError> {
         // A contact without stick has one threshold for the beginning and the end of a stick.
         let threshold = self.physics.threshold();
+        let refused =
+            |place: &str, what: &str, remedy: &str| Err(CompareError::content(&candidate.path, place, what, remedy));
         if threshold.is_some() && mapping.hysteresis.is_some() {
-            return Err(CompareError::content(
-                &candidate.path,
-                "hysteresis",
-                "the contact of the reference has no stick, and its events are the crossings of one threshold",
-                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
-            ));
+            let what = "the contact of the reference has no stick, and its events are the crossings of one threshold";
+            let remedy = "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold";
+            return refused("hysteresis", what, remedy);
         }
         if let Some(tolerance) = mapping.velocity_tolerance.filter(|_| candidate.events.is_none()) {
             let largest = self.largest_speed()?.max(LEAST_SPEED);
             if tolerance > largest {
-                let unit = self.physics.vocabulary().unit(Channel::RelativeVelocity);
-                return Err(CompareError::content(
-                    &candidate.path,
-                    "velocity tolerance",
-                    format!(
-                        "at {tolerance:.3e} {unit} every slip is a stick: the reference is never faster than {largest:.3e} {unit}"
-                    ),
-                    "give a --velocity-tolerance that only a contact at rest is below",
-                ));
+                let unit = self.physics.vocabulary().unit(Channel::RELATIVE_VELOCITY);
+                let what = format!(
+                    "at {tolerance:.3e} {unit} every slip is a stick: the reference is never faster than {largest:.3e} {unit}"
+                );
+                let remedy = "give a --velocity-tolerance that only a contact at rest is below";
+                return refused("velocity tolerance", &what, remedy);
             }
         }
         // Rounding of a relative velocity of zero, with a margin.
-        let of_times = candidate.clock_error_of(Channel::RelativeVelocity, &self.physics, self.times());
-        let printed = 1.01 * (candidate.rounding_of(Channel::RelativeVelocity, 0.0) + of_times);
+        let of_times = candidate.clock_error_of(Channel::RELATIVE_VELOCITY, &self.physics, self.times());
+        let printed = 1.01 * (candidate.rounding_of(Channel::RELATIVE_VELOCITY, 0.0) + of_times);
         let default = DEFAULT_TOLERANCE.max(printed);
         Ok(Detection {
             velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(default),
@@ -621,7 +581,7 @@ impl Reference {
     /// Largest magnitude of the reference's relative velocity, rad/s.
     fn largest_speed(&self) -> Result<f64, CompareError> {
         let mut largest = 0.0_f64;
-        for block in self.file.column_blocks(&Channel::RelativeVelocity.name())? {
+        for block in self.file.column_blocks(&Channel::RELATIVE_VELOCITY.name())? {
             largest = block?.into_iter().fold(largest, |most, speed| most.max(speed.abs()));
         }
         Ok(largest)
@@ -630,8 +590,8 @@ impl Reference {
     fn seen_by(&self, candidate: &Candidate) -> Vec<Channel> {
         let state = &self.physics.state;
         match state.iter().all(|&channel| candidate.has(channel)) {
-            true => [&state[..], &[Channel::RelativeVelocity]].concat(),
-            false => vec![Channel::RelativeVelocity],
+            true => [&state[..], &[Channel::RELATIVE_VELOCITY]].concat(),
+            false => vec![Channel::RELATIVE_VELOCITY],
         }
     }
 
@@ -722,7 +682,7 @@ impl Reference {
         (detection, found): (Detection, Option<(&[Found], f64)>),
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
-        watch_progress: &mut dyn FnMut(f64),
+        progress: &dyn Fn(f64),
     ) -> Result<States<'a>, CompareError> {
         let physics = &self.physics;
         let mut channels = candidate.channels(physics);
@@ -748,9 +708,7 @@ impl Reference {
                 passes.jump.add(&block);
                 passes.observation.add(&block);
             }
-            if let Some(impulses) = &mut impulses {
-                impulses.add(&block)?;
-            }
+            impulses.as_mut().map_or(Ok(()), |impulses| impulses.add(&block))?;
             if let Some(columns) = &state_columns {
                 for (row, &time) in block.time.iter().enumerate() {
                     physics.set(&mut y, |k| block.columns[columns[k]][row]);
@@ -758,16 +716,10 @@ impl Reference {
                     energy.add(time, &y);
                 }
             }
-            if let Some(score) = &mut score {
-                score.add(&block)?;
-            }
-            if let Some(hysteresis) = &mut hysteresis {
-                hysteresis.add(&block);
-            }
-            if let Some((column, range)) = &mut range {
-                range.add(&block, *column);
-            }
-            watch_progress(block.time[block.time.len() - 1]);
+            score.as_mut().map_or(Ok(()), |score| score.add(&block))?;
+            hysteresis.iter_mut().for_each(|hysteresis| hysteresis.add(&block));
+            range.iter_mut().for_each(|(column, range)| range.add(&block, *column));
+            progress(block.time[block.time.len() - 1]);
         }
         Ok(States {
             pass: pass.finish(),

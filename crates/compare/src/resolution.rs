@@ -196,15 +196,18 @@ pub(crate) struct Clock {
     pub rounding: Option<Rounding>,
 }
 
-impl Clock {
-    pub fn seconds() -> Clock {
+impl Default for Clock {
+    /// A clock of seconds.
+    fn default() -> Clock {
         Clock {
             factor: 1.0,
             offset: 0.0,
             rounding: None,
         }
     }
+}
 
+impl Clock {
     #[inline]
     pub fn time(&self, raw: f64) -> f64 {
         raw * self.factor + self.offset

@@ -144,9 +144,9 @@ impl Reference {
                 values: Vec::new(),
             })
         };
-        let positions = self.physics.position().into_iter().chain([Channel::RotorTwist]);
+        let positions = self.physics.position().into_iter().chain([Channel::ROTOR_TWIST]);
         let position = positions.into_iter().find_map(signal);
-        let velocity = signal(Channel::RelativeVelocity);
+        let velocity = signal(Channel::RELATIVE_VELOCITY);
         let of: Vec<Channel> = [&position, &velocity]
             .into_iter()
             .flatten()
@@ -182,8 +182,10 @@ impl Reference {
         let first = first
             .filter(|_| !self.starts_in_slip)
             .map(|event| (self.start, event.time));
-        let all = first.into_iter().chain(sticks.map(|(event, end)| (event.time, end)));
-        all.collect()
+        first
+            .into_iter()
+            .chain(sticks.map(|(event, end)| (event.time, end)))
+            .collect()
     }
 
     /// The reference's stick that lasts to its end, if it has no other.
@@ -215,87 +217,91 @@ impl Reference {
                 relative: part(rms, size),
             }
         });
-        let rest = pass.position.as_ref().zip(position.as_ref());
-        let rest = rest.and_then(|(signal, position)| {
-            let middles = sticks.iter().filter_map(|&(from, to)| {
-                let middle = 0.5 * (from + to);
-                let after = time.partition_point(|t| *t < middle);
-                let before = after.checked_sub(1)?;
-                let (a, b) = (time[before], *time.get(after)?);
-                let [x, y] = [before, after].map(|k| difference(signal.values[k]));
-                let error = x + (y - x) * (middle - a) / (b - a);
-                (a >= from && b <= to).then_some((middle, error))
+        let rest = pass
+            .position
+            .as_ref()
+            .zip(position.as_ref())
+            .and_then(|(signal, position)| {
+                let middles = sticks.iter().filter_map(|&(from, to)| {
+                    let middle = 0.5 * (from + to);
+                    let after = time.partition_point(|t| *t < middle);
+                    let before = after.checked_sub(1)?;
+                    let (a, b) = (time[before], *time.get(after)?);
+                    let [x, y] = [before, after].map(|k| difference(signal.values[k]));
+                    let error = x + (y - x) * (middle - a) / (b - a);
+                    (a >= from && b <= to).then_some((middle, error))
+                });
+                let middles: Vec<(f64, f64)> = middles.collect();
+                let &(max_at, worst) = middles.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+                let scale = if worst == 0.0 { 1.0 } else { worst.abs() };
+                let squares: f64 = middles.iter().map(|(_, error)| (error / scale).powi(2)).sum();
+                let rms = scale * (squares / middles.len() as f64).sqrt();
+                Some(RestScore {
+                    channel: position.channel.clone(),
+                    unit: position.unit,
+                    sticks: middles.len(),
+                    rms,
+                    max: worst.abs(),
+                    max_at,
+                    relative: part(rms, position.size),
+                })
             });
-            let middles: Vec<(f64, f64)> = middles.collect();
-            let worst = middles.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-            let scale = if worst.1 == 0.0 { 1.0 } else { worst.1.abs() };
-            let squares: f64 = middles.iter().map(|(_, error)| (error / scale).powi(2)).sum();
-            let rms = scale * (squares / middles.len() as f64).sqrt();
-            Some(RestScore {
-                channel: position.channel.clone(),
-                unit: position.unit,
-                sticks: middles.len(),
-                rms,
-                max: worst.1.abs(),
-                max_at: worst.0,
-                relative: part(rms, position.size),
-            })
-        });
+        let velocity = pass.velocity.as_ref();
+        let repeating = pass.position.as_ref().or(velocity);
         Some(Score {
             from,
             to,
             samples: time.len(),
             position,
-            period: pass
-                .position
-                .as_ref()
-                .or(pass.velocity.as_ref())
-                .and_then(|s| period(time, s)),
+            period: repeating.and_then(|signal| period(time, signal)),
             rest,
-            creep: pass.velocity.as_ref().and_then(|signal| {
-                let (time, mut seconds, mut squares, mut seen) = (all, 0.0, [0.0; 3], 0);
-                let scales = OF_CREEP.map(|of| largest(&signal.values, of));
-                let mut slid = (0.0, 0.0);
-                for (from, to) in sticks {
-                    let inside = time.partition_point(|t| *t < from)..time.partition_point(|t| *t <= to);
-                    if inside.len() > 1 {
-                        let (time, values) = (&time[inside.clone()], &signal.values[inside]);
-                        let way = integral(time, |k| difference(values[k])).abs();
-                        if way > slid.0 {
-                            slid = (way, time[time.len() - 1] - time[0]);
-                        }
-                    }
-                    let quarter = 0.25 * (to - from);
-                    let first = time.partition_point(|t| *t < from + quarter);
-                    let end = time.partition_point(|t| *t <= to - quarter);
-                    if end <= first + 1 {
-                        continue;
-                    }
-                    seen += 1;
-                    seconds += time[end - 1] - time[first];
-                    let (time, values) = (&time[first..end], &signal.values[first..end]);
-                    for (sum, (of, scale)) in squares.iter_mut().zip(OF_CREEP.into_iter().zip(scales)) {
-                        *sum += integral(time, |k| (of(values[k]) / scale).powi(2));
-                    }
+            creep: velocity.and_then(|signal| self.creep((time, all), signal, &sticks)),
+        })
+    }
+
+    /// Creep in the sticks, from `all` times; those of `time` determine the size of the relative velocity.
+    fn creep(&self, (time, all): (&[f64], &[f64]), signal: &Signal, sticks: &[(f64, f64)]) -> Option<CreepScore> {
+        let (mut seconds, mut squares, mut seen) = (0.0, [0.0; 3], 0);
+        let scales = OF_CREEP.map(|of| largest(&signal.values, of));
+        let mut slid = (0.0, 0.0);
+        for &(from, to) in sticks {
+            let up_to = |end: f64| all.partition_point(|t| *t <= end);
+            let after = |start: f64| all.partition_point(|t| *t < start);
+            let inside = after(from)..up_to(to);
+            if inside.len() > 1 {
+                let (time, values) = (&all[inside.clone()], &signal.values[inside]);
+                let way = integral(time, |k| difference(values[k])).abs();
+                if way > slid.0 {
+                    slid = (way, time[time.len() - 1] - time[0]);
                 }
-                let each = |k: usize| scales[k] * (squares[k] / seconds).sqrt();
-                let [candidate, reference, rms_of] = [0, 1, 2].map(each);
-                let size = match rms(time, &signal.values, |v| v[1]) {
-                    0.0 => self.physics.size(signal.channel, false),
-                    size => size,
-                };
-                (seconds > 0.0).then(|| CreepScore {
-                    unit: unit(signal.channel),
-                    sticks: seen,
-                    candidate,
-                    reference,
-                    rms: rms_of,
-                    size,
-                    relative: part(rms_of, size),
-                    slid: slid.0,
-                    slid_in: slid.1,
-                })
-            }),
+            }
+            let quarter = 0.25 * (to - from);
+            let (first, end) = (after(from + quarter), up_to(to - quarter));
+            if end <= first + 1 {
+                continue;
+            }
+            seen += 1;
+            seconds += all[end - 1] - all[first];
+            let (time, values) = (&all[first..end], &signal.values[first..end]);
+            for (sum, (of, scale)) in squares.iter_mut().zip(OF_CREEP.into_iter().zip(scales)) {
+                *sum += integral(time, |k| (of(values[k]) / scale).powi(2));
+            }
+        }
+        let [candidate, reference, rms_of] = [0, 1, 2].map(|k| scales[k] * (squares[k] / seconds).sqrt());
+        let size = match rms(time, &signal.values, |v| v[1]) {
+            0.0 => self.physics.size(signal.channel, false),
+            size => size,
+        };
+        (seconds > 0.0).then(|| CreepScore {
+            unit: self.physics.vocabulary().unit(signal.channel),
+            sticks: seen,
+            candidate,
+            reference,
+            rms: rms_of,
+            size,
+            relative: part(rms_of, size),
+            slid: slid.0,
+            slid_in: slid.1,
         })
     }
 }
@@ -373,7 +379,7 @@ fn size(time: &[f64], values: &[[f64; 2]]) -> (f64, f64) {
 fn period(time: &[f64], signal: &Signal) -> Option<PeriodScore> {
     let (mean, size) = size(time, &signal.values);
     let level = match signal.channel {
-        Channel::RelativeVelocity => mean + 0.5 * size,
+        Channel::RELATIVE_VELOCITY => mean + 0.5 * size,
         _ => mean,
     };
     let of = |run: usize| {

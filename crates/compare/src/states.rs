@@ -53,19 +53,15 @@ impl Tally {
         self.squares.append(other.squares);
         self.largest = self.largest.max(other.largest);
         self.max_mixed = self.max_mixed.max(other.max_mixed);
-        self.products
-            .iter_mut()
-            .zip(other.products)
-            .for_each(|(sum, product)| *sum += product);
+        let products = self.products.iter_mut().zip(other.products);
+        products.for_each(|(sum, product)| *sum += product);
     }
 
     /// Significant correct digits, -log10 of the largest error relative to the largest |reference|. Most channels pass
     /// through zero, where a relative error is meaningless. 17 without an error, `None` if the reference is zero
     /// throughout.
     pub fn scd(&self) -> Option<f64> {
-        (self.largest > 0.0)
-            .then(|| digits(self.samples, (self.max / self.largest).min(f64::MAX)))
-            .flatten()
+        digits(self.samples, (self.max / self.largest).min(f64::MAX)).filter(|_| self.largest > 0.0)
     }
 
     /// Mixed digits, -log10 of the largest |error|/(scale + |reference|); 17 without an error.
@@ -382,7 +378,7 @@ impl Grid {
     /// A difference of two angles is a multiple of their last digit, but an integrated twist is not. `angle` is the
     /// rotor's, rad.
     fn look(&mut self, channels: &[Channel], block: &Block, rows: Range<usize>, angle: f64) {
-        let column = channels.iter().position(|&c| c == Channel::RotorTwist);
+        let column = channels.iter().position(|&c| c == Channel::ROTOR_TWIST);
         let Some(k) = column.filter(|_| self.of < MOST_PROBED && angle.abs() >= 1.0) else {
             return;
         };
@@ -451,59 +447,36 @@ pub fn windows(
     let start = |word: &[SequenceEvent], k: usize| word.get(k).map_or(f64::INFINITY, |e| e.time);
     let matched: Vec<(usize, usize)> = alignment.matched().collect();
     let mut windows = Vec::with_capacity(reference.len() + 1);
-    // Up to the next matched event, which is not the next of both words.
-    let apart = |windows: &mut Vec<Window>, from: f64, (r, c): (usize, usize), next: Option<&(usize, usize)>| {
+    let mut add = |phase: Phase, from: f64, to: f64, shift: f64| windows.push(Window { phase, from, to, shift });
+    // Stretch up to the next matched event, unless that is the next one of both words.
+    let apart = |from: f64, (r, c): (usize, usize), next: Option<&(usize, usize)>| {
         let is_next = match next {
             Some(next) => *next == (r, c),
             None => r == reference.len() && c == candidate.len(),
         };
         let to = next.map_or(f64::INFINITY, |next| candidate[next.1].time);
-        if !is_next && to > from {
-            windows.push(Window {
-                phase: Phase::Apart,
-                from,
-                to,
-                shift: 0.0,
-            });
-        }
+        (!is_next && to > from).then_some((from, to))
     };
     if from_start {
         let to = start(reference, 0).min(start(candidate, 0));
-        windows.push(Window {
-            phase: Phase::Sliding,
-            from: f64::NEG_INFINITY,
-            to,
-            shift: 0.0,
-        });
-        apart(&mut windows, to, (0, 0), matched.first());
+        add(Phase::Sliding, f64::NEG_INFINITY, to, 0.0);
+        if let Some((from, to)) = apart(to, (0, 0), matched.first()) {
+            add(Phase::Apart, from, to, 0.0);
+        }
     } else if matched.is_empty() {
-        windows.push(Window {
-            phase: Phase::Apart,
-            from: f64::NEG_INFINITY,
-            to: f64::INFINITY,
-            shift: 0.0,
-        });
+        add(Phase::Apart, f64::NEG_INFINITY, f64::INFINITY, 0.0);
     }
     for (k, &(r, c)) in matched.iter().enumerate() {
         let (time, shift) = (candidate[c].time, candidate[c].time - reference[r].time);
-        let last = to_end && r + 1 == reference.len() && c + 1 == candidate.len();
-        if last {
-            windows.push(Window {
-                phase: Phase::After,
-                from: time.max(reference[r].time),
-                to: f64::INFINITY,
-                shift: 0.0,
-            });
+        if to_end && r + 1 == reference.len() && c + 1 == candidate.len() {
+            add(Phase::After, time.max(reference[r].time), f64::INFINITY, 0.0);
             break;
         }
         let to = start(candidate, c + 1).min(start(reference, r + 1) + shift);
-        windows.push(Window {
-            phase: Phase::StickSlip,
-            from: time,
-            to,
-            shift,
-        });
-        apart(&mut windows, to, (r + 1, c + 1), matched.get(k + 1));
+        add(Phase::StickSlip, time, to, shift);
+        if let Some((from, to)) = apart(to, (r + 1, c + 1), matched.get(k + 1)) {
+            add(Phase::Apart, from, to, 0.0);
+        }
     }
     windows
 }

@@ -2,7 +2,7 @@
 
 use super::candidate::{Block, Candidate};
 use super::detect::Crossings;
-use super::detect::{Detection, Detector, Found, Point};
+use super::detect::{Detection, Detector, Found};
 use super::event_errors::{self, EventErrors};
 use super::locate::Locator;
 use super::reference::Physics;
@@ -93,7 +93,7 @@ impl Reference {
         &self,
         candidate: &Candidate,
         detection: Detection,
-        watch_progress: &mut dyn FnMut(f64),
+        progress: &dyn Fn(f64),
     ) -> Result<(Survey, Vec<Found>), CompareError> {
         let physics = &self.physics;
         let given = candidate.events.clone();
@@ -108,8 +108,8 @@ impl Reference {
         };
         let mut channels = Vec::new();
         if given.is_none() {
-            channels.push(Channel::RelativeVelocity);
-            channels.extend(Some(Channel::NormalForce).filter(|&force| candidate.has(force)));
+            channels.push(Channel::RELATIVE_VELOCITY);
+            channels.extend(Some(Channel::NORMAL_FORCE).filter(|&force| candidate.has(force)));
         }
         let base = channels.len();
         if locator.is_some() {
@@ -125,7 +125,7 @@ impl Reference {
         let mut finder = match (given, physics.threshold()) {
             (Some(events), _) => Finder::Given(TorqueWatch::new(events)),
             (None, Some(_)) => {
-                let rounding = candidate.rounding_of(Channel::RelativeVelocity, detection.velocity_tolerance);
+                let rounding = candidate.rounding_of(Channel::RELATIVE_VELOCITY, detection.velocity_tolerance);
                 Finder::Crossings(Crossings::new(detection.velocity_tolerance, rounding))
             }
             (None, None) => Finder::Detector(Box::new(Detector::new(detection))),
@@ -141,7 +141,7 @@ impl Reference {
             let clock = clock_error(candidate, rows.watch(), time[time.len() - 1]);
             let to = time[time.len() - 1];
             span = Some((span.map_or(time[0], |span| span.0), to));
-            watch_progress(to);
+            progress(to);
             let first = time.partition_point(|t| *t < stretch.0);
             let last = time.partition_point(|t| *t <= stretch.1);
             if first < last {
@@ -161,29 +161,22 @@ impl Reference {
                 }
                 Finder::Given(watch) => {
                     for (row, &time) in time.iter().enumerate() {
-                        torques(&block, row)
-                            .into_iter()
-                            .for_each(|(rotor, stator)| watch.add(time, rotor, stator));
+                        if let Some((rotor, stator)) = torques(&block, row) {
+                            watch.add(time, rotor, stator);
+                        }
                     }
                     0
                 }
                 Finder::Detector(detector) => {
                     let forces = if base == 2 { &c[1][..] } else { &[] };
-                    let mut row = 0;
-                    while row < time.len() {
-                        row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
-                        detector.add(Point {
-                            time: time[row],
-                            velocity: c[0][row],
-                            normal_force: forces.get(row).copied().unwrap_or(f64::INFINITY),
-                            torques: torques(&block, row),
-                        });
+                    let locate = |row: usize, detector: &mut Detector| {
                         if let Some(locator) = &mut locator {
                             locator.add(time[row], |k| c[base + k][row]);
                             locator.locate_all(detector.events(), &mut located, clock);
                         }
-                        row += 1;
-                    }
+                        true
+                    };
+                    detector.add_all((time, &c[0], forces), |row| torques(&block, row), locate);
                     detector.count()
                 }
             };
@@ -199,11 +192,8 @@ impl Reference {
             }
         }
         if span.is_none() {
-            return Err(CompareError::whole(
-                &candidate.path,
-                "holds no samples",
-                "check how it was written",
-            ));
+            let remedy = "check how it was written";
+            return Err(CompareError::whole(&candidate.path, "holds no samples", remedy));
         }
         let inside = inside.filter(|inside| inside.0 > 1);
         let survey = Survey {
@@ -233,18 +223,17 @@ impl Reference {
 /// increasing order.
 pub(super) fn breakaway_ratios(physics: &Physics, found: &[Found], test: BreakawayTest) -> Vec<f64> {
     let slips = found.iter().filter(|f| f.kind == EventKind::Slip);
-    let mut ratios: Vec<f64> = slips
-        .filter_map(|f| {
-            let (rotor, stator) = f.torques?;
-            let torque = match test {
-                BreakawayTest::Transmitted => (rotor + stator) / 2.0,
-                BreakawayTest::Stator => stator,
-                BreakawayTest::Rotor => rotor,
-            };
-            let limit = physics.limit(torque, f.time);
-            (limit > 0.0).then(|| torque.abs() / limit)
-        })
-        .collect();
+    let ratio = |slip: &Found| {
+        let (rotor, stator) = slip.torques?;
+        let torque = match test {
+            BreakawayTest::Transmitted => (rotor + stator) / 2.0,
+            BreakawayTest::Stator => stator,
+            BreakawayTest::Rotor => rotor,
+        };
+        let limit = physics.limit(torque, slip.time);
+        (limit > 0.0).then(|| torque.abs() / limit)
+    };
+    let mut ratios: Vec<f64> = slips.filter_map(ratio).collect();
     ratios.sort_by(f64::total_cmp);
     ratios
 }
@@ -352,10 +341,6 @@ pub(super) fn without_open_contact(found: &[Found], events: &[Event]) -> Vec<Fou
             _ => false,
         }
     };
-    found
-        .iter()
-        .enumerate()
-        .filter(stays)
-        .map(|(_, event)| *event)
-        .collect()
+    let seen = found.iter().enumerate().filter(stays);
+    seen.map(|(_, event)| *event).collect()
 }

@@ -5,7 +5,7 @@ use stickslip_case::quantity::Dimension;
 use stickslip_case::{Motion, Words};
 use stickslip_engine::simulation::{CourseQuantity, TrainPart, TrainSide};
 use stickslip_system::model::system::{ContactLaw, End, Pressing, System, Train};
-use stickslip_system::record::channel;
+use stickslip_system::record::channel::{self, RecordedChannel};
 
 /// Channels that a reference can be compared in.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,8 +55,7 @@ impl Default for Vocabulary {
         Vocabulary {
             motion: Motion::Rotation,
             bodies: "surfaces",
-            entries: Channel::ALL
-                .into_iter()
+            entries: Channel::all()
                 .chain(Channel::products())
                 .chain(impulses())
                 .map(entry)
@@ -128,11 +127,11 @@ impl Forms<'_> {
 
     /// Every channel, in the order of reports: channels of motion in every file first.
     fn channels(&self) -> Vec<Channel> {
-        let of_motion = |channel: &&Channel| self.of(channel.quantity(0)).is_some();
-        let (motion, forces): (Vec<&Channel>, Vec<&Channel>) = Channel::ALL.iter().partition(of_motion);
+        let of_motion = |channel: &Channel| self.of(channel.quantity(0)).is_some();
+        let (motion, forces): (Vec<Channel>, Vec<Channel>) = Channel::all().partition(of_motion);
         let has_twist = self.shafts(TrainSide::Rotor) > 0;
-        let mut found: Vec<Channel> = motion.into_iter().copied().collect();
-        found.retain(|channel| has_twist || !matches!(channel, Channel::RotorTwist | Channel::RotorTwistRate));
+        let mut found = motion;
+        found.retain(|channel| has_twist || !matches!(channel, Channel::Recorded("rotor_twist" | "rotor_twist_rate")));
         for of in TrainSide::BOTH {
             let shafts = (0..self.shafts(of)).map(|index| TrainPart { of, index });
             found.extend(shafts.flat_map(|part| [Channel::Twist(part), Channel::TwistRate(part)]));
@@ -212,12 +211,12 @@ impl Vocabulary {
             }
         }
         // A name belongs to one channel, and z in a result file is the axial displacement.
-        let axial = entries.iter().any(|entry| entry.channel == Channel::Z);
+        let axial = entries.iter().any(|entry| entry.channel == Channel::Recorded("z"));
         for entry in entries
             .iter_mut()
             .filter(|entry| axial && entry.channel == Channel::Deflection)
         {
-            entry.names.retain(|name| *name != Channel::Z.name());
+            entry.names.retain(|name| name != "z");
         }
         Vocabulary {
             motion: words.motion(),
@@ -243,7 +242,7 @@ impl Vocabulary {
 
     /// Names of the channels behind the relative velocity: "phi1_dot and phi2_dot".
     pub(super) fn surface_speeds(&self) -> String {
-        let speeds = [Channel::Phi1Dot, Channel::Phi2Dot].into_iter();
+        let speeds = ["phi1_dot", "phi2_dot"].map(Channel::Recorded).into_iter();
         let speeds = speeds.filter_map(|speed| self.canonical(speed));
         speeds.map(|speed| speed.name()).collect::<Vec<_>>().join(" and ")
     }
@@ -308,8 +307,11 @@ impl Vocabulary {
         /// Factors are small whole numbers, so smaller values are zero.
         const NOTHING: f64 = 1e-9;
         let absolute = |channel: Channel| {
-            use Channel::{Angle, Phi1, Phi2, SlipDisplacement, Theta};
-            matches!(channel, Angle(_) | Phi1 | Phi2 | Theta | SlipDisplacement)
+            use Channel::{Angle, Recorded};
+            matches!(
+                channel,
+                Angle(_) | Recorded("phi1" | "phi2" | "theta" | "slip_displacement")
+            )
         };
         let mut columns: Vec<(usize, &Sum)> = Vec::new();
         for wanted in [false, true] {
@@ -392,38 +394,8 @@ fn names(channel: Channel, short: bool) -> Vec<String> {
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
-    /// omega_r = phi_2' - phi_1', rad/s.
-    RelativeVelocity,
-    /// u = theta - phi_2, rad.
-    RotorTwist,
-    /// u', rad/s.
-    RotorTwistRate,
-    /// phi_1, the stator twist, rad.
-    Phi1,
-    /// phi_1', rad/s.
-    Phi1Dot,
-    /// theta', rad/s.
-    ThetaDot,
-    /// phi_2', rad/s.
-    Phi2Dot,
-    /// theta, rad.
-    Theta,
-    /// phi_2, rad.
-    Phi2,
-    /// phi_2 - phi_1, rad.
-    SlipDisplacement,
-    /// z, m.
-    Z,
-    /// z', m/s.
-    ZDot,
-    /// F_n, N.
-    NormalForce,
-    /// The torque on the stator surface through the interface, N m.
-    FrictionTorque,
-    /// T_f = (T_r + T_s)/2, N m.
-    TransmittedTorque,
-    /// A recorded channel that is a product of two others.
-    Product(&'static str),
+    /// A recorded channel that every result file has, by its name in [`stickslip_system::record::channel`].
+    Recorded(&'static str),
     /// Twist of a shaft, rad.
     Twist(TrainPart),
     /// Twist rate of a shaft, rad/s.
@@ -440,35 +412,30 @@ pub enum Channel {
     FrictionImpulse,
 }
 
+/// Recorded channels with an own role, in the order of reports.
+const RECORDED: &str = "relative_velocity rotor_twist rotor_twist_rate phi1 phi1_dot theta_dot phi2_dot theta phi2 \
+                        slip_displacement z z_dot normal_force friction_torque transmitted_torque";
+
 impl Channel {
+    /// omega_r = phi_2' - phi_1', rad/s.
+    pub const RELATIVE_VELOCITY: Channel = Channel::Recorded("relative_velocity");
+    pub(crate) const ROTOR_TWIST: Channel = Channel::Recorded("rotor_twist");
+    pub(crate) const NORMAL_FORCE: Channel = Channel::Recorded("normal_force");
+
     /// Channels with an own role that every result file has, in the order of reports.
-    pub const ALL: [Channel; 15] = [
-        Channel::RelativeVelocity,
-        Channel::RotorTwist,
-        Channel::RotorTwistRate,
-        Channel::Phi1,
-        Channel::Phi1Dot,
-        Channel::ThetaDot,
-        Channel::Phi2Dot,
-        Channel::Theta,
-        Channel::Phi2,
-        Channel::SlipDisplacement,
-        Channel::Z,
-        Channel::ZDot,
-        Channel::NormalForce,
-        Channel::FrictionTorque,
-        Channel::TransmittedTorque,
-    ];
+    pub fn all() -> impl Iterator<Item = Channel> {
+        RECORDED.split_whitespace().map(Channel::Recorded)
+    }
 
     /// Products of two channels that every result file has.
     pub fn products() -> impl Iterator<Item = Channel> {
         let products = channel::all().filter(|channel| channel.product.is_some());
-        products.map(|channel| Channel::Product(channel.name))
+        products.map(|channel| Channel::Recorded(channel.name))
     }
 
     pub(crate) const IMPULSES: [(Channel, Channel); 2] = [
-        (Channel::NormalImpulse, Channel::NormalForce),
-        (Channel::FrictionImpulse, Channel::FrictionTorque),
+        (Channel::NormalImpulse, Channel::NORMAL_FORCE),
+        (Channel::FrictionImpulse, Channel::Recorded("friction_torque")),
     ];
 
     pub(crate) fn is_impulse(self) -> bool {
@@ -486,41 +453,27 @@ impl Channel {
             Channel::Deflection => "bristle_deflection".into(),
             Channel::NormalImpulse => "normal_impulse".into(),
             Channel::FrictionImpulse => "friction_impulse".into(),
-            _ => self.recorded().into(),
+            Channel::Recorded(name) => name.into(),
         }
     }
 
-    /// Name in the registry of recorded channels; empty without an entry.
-    fn recorded(self) -> &'static str {
+    fn recorded(self) -> Option<&'static RecordedChannel> {
         match self {
-            Channel::RelativeVelocity => "relative_velocity",
-            Channel::RotorTwist => "rotor_twist",
-            Channel::RotorTwistRate => "rotor_twist_rate",
-            Channel::Phi1 => "phi1",
-            Channel::Phi1Dot => "phi1_dot",
-            Channel::ThetaDot => "theta_dot",
-            Channel::Phi2Dot => "phi2_dot",
-            Channel::Theta => "theta",
-            Channel::Phi2 => "phi2",
-            Channel::SlipDisplacement => "slip_displacement",
-            Channel::Z => "z",
-            Channel::ZDot => "z_dot",
-            Channel::NormalForce => "normal_force",
-            Channel::FrictionTorque => "friction_torque",
-            Channel::TransmittedTorque => "transmitted_torque",
-            Channel::Product(name) => name,
-            _ => "",
+            Channel::Recorded(name) => channel::find(name),
+            _ => None,
         }
     }
 
     /// Its dimension in rotation.
     pub fn dimension(self) -> Dimension {
-        let of_registry = || Dimension::of_udunits(channel::find(self.recorded())?.unit);
         match self {
             Channel::TwistRate(_) | Channel::Speed(_) => Dimension::AngularVelocity,
             Channel::NormalImpulse => Dimension::Impulse,
             Channel::FrictionImpulse => Dimension::AngularImpulse,
-            _ => of_registry().unwrap_or(Dimension::Angle),
+            _ => self
+                .recorded()
+                .and_then(|channel| Dimension::of_udunits(channel.unit))
+                .unwrap_or(Dimension::Angle),
         }
     }
 
@@ -528,13 +481,13 @@ impl Channel {
     pub(crate) fn aliases(self) -> impl Iterator<Item = &'static str> {
         let aliases = match self {
             Channel::Deflection => "z",
-            _ => channel::find(self.recorded()).map_or("", |channel| channel.aliases),
+            _ => self.recorded().map_or("", |channel| channel.aliases),
         };
         aliases.split_whitespace()
     }
 
     pub(crate) fn is_axial(self) -> bool {
-        matches!(self, Channel::Z | Channel::ZDot)
+        matches!(self, Channel::Recorded("z" | "z_dot"))
     }
 
     /// Its function of time; `outermost` is the rotor's outermost inertia.
@@ -545,8 +498,11 @@ impl Channel {
             Channel::Speed(part) => CourseQuantity::Speed(part),
             Channel::Angle(part) => CourseQuantity::Angle(part),
             Channel::Deflection => CourseQuantity::Deflection,
+            Channel::Recorded(name) => {
+                CourseQuantity::of_channel(name, outermost).unwrap_or(CourseQuantity::Transmitted)
+            }
             // Impulses are integrated from forces and torques.
-            _ => CourseQuantity::of_channel(self.recorded(), outermost).unwrap_or(CourseQuantity::Transmitted),
+            Channel::NormalImpulse | Channel::FrictionImpulse => CourseQuantity::Transmitted,
         }
     }
 }

@@ -44,7 +44,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
         let comparison = watched(common, BarKind::Share, &Arc::default(), |bar| {
-            reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path))
+            reference.compare_watched(path, &mapping, bar)
         });
         Ok(comparison?)
     });
@@ -105,7 +105,7 @@ fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, C
 const WIDTH: f64 = 170.0;
 
 /// The figures of comparison `number` in the report, or the reason why there are none.
-pub(super) fn figures(
+fn figures(
     (reference, mapping): (&Reference, &Mapping),
     comparison: &Comparison,
     (report, number): (&Path, usize),

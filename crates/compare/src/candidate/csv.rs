@@ -2,36 +2,31 @@
 
 use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
-use super::absent;
-use super::table::{BLOCK, CandidatePlace, CandidateSource, CandidateTable, Pass, each_once, place_of};
+use super::table::{
+    ArrayReader, ArrayValues, BLOCK, CandidateColumn, CandidatePlace, CandidateSource, CandidateTable, Pass,
+    TableArray, each_once,
+};
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::io::{BufRead, BufReader};
-use std::path::Path;
 use stickslip_case::input::{InputRows, Lines};
 use stickslip_system::quote::shown;
 
 /// A CSV file with a header, separated by commas, semicolons, tabs or blanks. Lines that begin with `#` are comments;
 /// the last comment before the numbers may be the header.
 #[derive(Debug)]
-pub(super) struct CsvTable {
+pub(super) struct CsvReader {
     source: CandidateSource,
     separator: u8,
-    headers: Vec<CsvHeader>,
+    units: Vec<Option<String>>,
     /// The first line is data. Unless a comment names the columns, they are called #1, #2, ...
     bare: bool,
 }
 
-#[derive(Debug)]
-struct CsvHeader {
-    name: String,
-    unit: Option<String>,
-}
-
-impl CsvTable {
-    pub fn open(source: CandidateSource) -> Result<CsvTable, CompareError> {
+impl CsvReader {
+    pub fn open(source: CandidateSource) -> Result<CandidateTable, CompareError> {
         let path = source.path();
         let (mut comment, mut commented) = (String::new(), 0);
-        let mut header = None;
+        let mut first = None;
         let lines = BufReader::new(Lines::new(source.file()?)).split(b'\n');
         for (number, line) in (1..).zip(lines) {
             let line = line.map_err(CompareError::io(path))?;
@@ -53,16 +48,16 @@ impl CsvTable {
                 }
                 None if line.trim().is_empty() => {}
                 None => {
-                    header = Some((number, line.trim().to_owned()));
+                    first = Some((number, line.trim().to_owned()));
                     break;
                 }
             }
         }
         let nothing = || CompareError::whole(path, "holds no line of data", "check how it was written");
-        let (number, header) = header.ok_or_else(nothing)?;
+        let (number, first) = first.ok_or_else(nothing)?;
         let mut separators = [b',', b';', b'\t', b' '].into_iter();
-        let separator = separators.find(|s| header.as_bytes().contains(s)).unwrap_or(b',');
-        let mut reader = reader(separator).has_headers(false).from_reader(header.as_bytes());
+        let separator = separators.find(|s| first.as_bytes().contains(s)).unwrap_or(b',');
+        let mut reader = reader(separator).has_headers(false).from_reader(first.as_bytes());
         let mut record = ByteRecord::new();
         reader
             .read_byte_record(&mut record)
@@ -73,34 +68,29 @@ impl CsvTable {
             .map(|field| String::from_utf8_lossy(field).trim().to_owned());
         let fields: Vec<String> = fields.collect();
         let bare = fields.iter().all(|field| field.parse::<f64>().is_ok());
-        let numbered = |k| CsvHeader {
-            name: format!("#{k}"),
-            unit: None,
-        };
+        let numbered = |k| (format!("#{k}"), None);
         let headers: Vec<CsvHeader> = match bare {
-            false => fields.iter().map(|field| CsvHeader::parse(field)).collect(),
+            false => fields.iter().map(|field| header(field)).collect(),
             true => headers_in(&comment, fields.len()).unwrap_or_else(|| (1..=fields.len()).map(numbered).collect()),
         };
-        let names: Vec<String> = headers.iter().map(|header| joined(&header.name)).collect();
-        let names = (1..).zip(names.iter().map(String::as_str));
+        let names = (1..).zip(headers.iter().map(|(name, _)| name.as_str()));
         each_once(path, if bare { commented } else { number }, names)?;
-        Ok(CsvTable {
-            source,
-            separator,
-            headers,
-            bare,
+        let (names, units): (Vec<String>, Vec<Option<String>>) = headers.into_iter().unzip();
+        Ok(CandidateTable {
+            path: path.to_owned(),
+            left_out: Vec::new(),
+            by_path: false,
+            reader: Box::new(CsvReader {
+                separator,
+                units,
+                bare,
+                source,
+            }),
+            arrays: names
+                .into_iter()
+                .map(|name| TableArray::of_rows(name, ArrayValues::Either))
+                .collect(),
         })
-    }
-
-    fn position(&self, name: &str) -> Option<usize> {
-        // OpenRadioss's th_to_csv fills titles with blanks.
-        let close = |h: &CsvHeader| h.name.contains("  ") && joined(&h.name) == joined(name);
-        let known = place_of(self.headers.iter().map(|h| h.name.as_str()), name);
-        known.or_else(|| self.headers.iter().position(close))
-    }
-
-    fn known(&self, name: &str) -> Result<usize, CompareError> {
-        self.position(name).ok_or_else(|| absent(self, name))
     }
 
     fn records(&self) -> Result<Records, CompareError> {
@@ -120,68 +110,31 @@ impl CsvTable {
 
     fn failed(&self, error: &csv::Error) -> CompareError {
         let place = error.position().map_or(String::new(), |p| format!("line {}", p.line()));
-        CompareError::content(self.path(), place, error.to_string(), "correct the file")
+        CompareError::content(self.source.path(), place, error.to_string(), "correct the file")
     }
 }
 
-impl CsvHeader {
-    fn parse(text: &str) -> CsvHeader {
-        for (open, close) in [('[', ']'), ('(', ')')] {
-            if let Some((name, rest)) = text.split_once(open)
-                && let Some(unit) = rest.strip_suffix(close)
-                && !name.trim().is_empty()
-            {
-                return CsvHeader {
-                    name: name.trim().to_owned(),
-                    unit: Some(unit.trim().to_owned()),
-                };
-            }
-        }
-        CsvHeader {
-            name: text.to_owned(),
-            unit: None,
-        }
-    }
+/// Name and unit of a column: `NAME`, `NAME [UNIT]` or `NAME (UNIT)`.
+type CsvHeader = (String, Option<String>);
+
+fn header(text: &str) -> CsvHeader {
+    let with_unit = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
+        let (name, rest) = text.split_once(open)?;
+        let unit = rest.strip_suffix(close).filter(|_| !name.trim().is_empty())?;
+        Some((name, Some(unit.trim().to_owned())))
+    });
+    let (name, unit) = with_unit.unwrap_or((text, None));
+    (name.split_whitespace().collect::<Vec<_>>().join(" "), unit)
 }
 
-impl CandidateTable for CsvTable {
-    fn path(&self) -> &Path {
-        self.source.path()
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.headers.iter().map(|h| joined(&h.name)).collect()
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.position(name).is_some()
-    }
-
-    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
-        let is_it = |known: &&String| match exact {
-            true => *known == name,
-            false => known.eq_ignore_ascii_case(&joined(name)),
-        };
-        self.names().iter().filter(is_it).cloned().collect()
-    }
-
-    fn has_texts(&self, name: &str) -> bool {
-        self.has(name)
-    }
-
-    fn unit(&self, name: &str) -> Option<String> {
-        self.headers.get(self.position(name)?)?.unit.clone()
-    }
-
-    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
-        let places = columns.iter().map(|name| Ok((self.known(name)?, shown(name))));
-        let places: Vec<_> = places.collect::<Result<_, CompareError>>()?;
+impl ArrayReader for CsvReader {
+    fn pass(&self, of: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
         let mut records = self.records()?;
         Ok(Box::new(move |columns| {
             columns.iter_mut().for_each(Vec::clear);
             while columns[0].len() < BLOCK {
                 let fault = |line: u64, what: String, remedy: &str| {
-                    CompareError::content(self.path(), format!("line {line}"), what, remedy)
+                    CompareError::content(self.source.path(), format!("line {line}"), what, remedy)
                 };
                 let more = records.next().map_err(|error| {
                     // If no row has been read, the fault is where the next row begins.
@@ -193,20 +146,16 @@ impl CandidateTable for CsvTable {
                 }
                 let record = &records.record;
                 let line = record.position().map_or(0, csv::Position::line);
-                if record.len() != self.headers.len() {
-                    let what = format!(
-                        "has {} fields, where the header has {}",
-                        record.len(),
-                        self.headers.len()
-                    );
+                if record.len() != self.units.len() {
+                    let what = format!("has {} fields, where the header has {}", record.len(), self.units.len());
                     let remedy = "a line that was cut off or written by two programs? write it again";
                     return Err(fault(line, what, remedy));
                 }
-                for ((position, name), column) in places.iter().zip(&mut *columns) {
-                    let field = &record[*position];
+                for (of, column) in of.iter().zip(&mut *columns) {
+                    let field = &record[of.array];
                     let value = std::str::from_utf8(field).ok().and_then(|text| text.parse().ok());
                     column.push(value.ok_or_else(|| {
-                        let field = String::from_utf8_lossy(field);
+                        let (name, field) = (shown(&of.name), String::from_utf8_lossy(field));
                         let what = format!("column {name}: \"{}\" is no number", shown(&field));
                         fault(line, what, "write numbers as 1.5e-3, with a decimal point")
                     })?);
@@ -216,15 +165,14 @@ impl CandidateTable for CsvTable {
         }))
     }
 
-    fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
-        let positions: Vec<usize> = names.iter().map(|name| self.known(name)).collect::<Result<_, _>>()?;
-        let (mut records, mut digits) = (self.records()?, vec![Digits::default(); names.len()]);
+    fn roundings(&self, arrays: &[usize]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        let (mut records, mut digits) = (self.records()?, vec![Digits::default(); arrays.len()]);
         for _ in 0..BLOCK {
             if !records.next().unwrap_or(false) {
                 break;
             }
-            for (&position, digits) in positions.iter().zip(&mut digits) {
-                if let Some(Ok(text)) = records.record.get(position).map(std::str::from_utf8) {
+            for (&array, digits) in arrays.iter().zip(&mut digits) {
+                if let Some(Ok(text)) = records.record.get(array).map(std::str::from_utf8) {
                     digits.add(text);
                 }
             }
@@ -232,14 +180,17 @@ impl CandidateTable for CsvTable {
         Ok(digits.iter().map(Digits::rounding).collect())
     }
 
-    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
-        let (position, mut records) = (self.known(column)?, self.records()?);
-        let mut texts = Vec::new();
+    fn unit(&self, array: usize) -> Option<String> {
+        self.units[array].clone()
+    }
+
+    fn texts(&self, array: usize) -> Result<Option<Vec<String>>, CompareError> {
+        let (mut records, mut texts) = (self.records()?, Vec::new());
         while records.next().map_err(|error| self.failed(&error))? {
-            let field = records.record.get(position).unwrap_or_default();
+            let field = records.record.get(array).unwrap_or_default();
             texts.push(String::from_utf8_lossy(field).into_owned());
         }
-        Ok(texts)
+        Ok(Some(texts))
     }
 }
 
@@ -247,10 +198,6 @@ fn reader(separator: u8) -> ReaderBuilder {
     let mut builder = ReaderBuilder::new();
     builder.delimiter(separator).trim(Trim::All);
     builder
-}
-
-fn joined(name: &str) -> String {
-    name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 struct Records {
@@ -289,5 +236,5 @@ fn headers_in(comment: &str, columns: usize) -> Option<Vec<CsvHeader>> {
         fields.filter(|field| !field.is_empty()).collect::<Vec<_>>()
     });
     let mut names = names.filter(|names| names.len() == columns && names.iter().all(is_name));
-    Some(names.next()?.into_iter().map(CsvHeader::parse).collect())
+    Some(names.next()?.into_iter().map(header).collect())
 }

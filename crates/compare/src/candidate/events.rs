@@ -2,10 +2,10 @@
 
 use super::super::resolution::Rounding;
 use super::super::{CompareError, Found};
-use super::csv::CsvTable;
+use super::csv::CsvReader;
+use super::hdf5_or_npz;
 use super::mapping::{MappedColumn, Mapping, known_kind};
-use super::table::{CandidateSource, CandidateTable, place, unread};
-use super::{hdf5_or_npz, only, unit_factor};
+use super::table::{CandidateSource, CandidateTable, place};
 use std::path::Path;
 use stickslip_case::quantity::Dimension;
 use stickslip_system::record::{Event, EventKind};
@@ -20,11 +20,13 @@ pub(in super::super) fn last_in_order(path: &Path, events: &[Event]) -> Result<f
     for (row, event) in events.iter().enumerate() {
         if !event.time.is_finite() || event.time < last {
             let what = format!("the time {:?} s comes after {last:?} s", event.time);
-            let (place, remedy) = (
-                format!("row {row} of /events/time"),
-                "the file was changed since it was written: repeat the run",
-            );
-            return Err(CompareError::content(path, place, what, remedy));
+            let remedy = "the file was changed since it was written: repeat the run";
+            return Err(CompareError::content(
+                path,
+                place(row as u64, "/events/time"),
+                what,
+                remedy,
+            ));
         }
         last = event.time;
     }
@@ -50,10 +52,10 @@ pub(super) fn own(path: &Path, events: &[Event], radius: f64) -> Result<Vec<Foun
 pub(super) type Read = (Vec<Found>, Option<Rounding>);
 
 /// The events of another program's file, next to its channels or in a separate file; `None` if there are none.
-pub(super) fn find(table: &dyn CandidateTable, mapping: &Mapping, alone: bool) -> Result<Option<Read>, CompareError> {
+pub(super) fn find(table: &CandidateTable, mapping: &Mapping, alone: bool) -> Result<Option<Read>, CompareError> {
     if let Some(path) = &mapping.event_file {
         let table = open(path)?;
-        return read(&*table, mapping, true).map(Some);
+        return read(&table, mapping, true).map(Some);
     }
     let named = mapping.event_time.is_some() || mapping.event_kind.is_some();
     // Next to channels, a column "time" holds the times of the samples.
@@ -65,16 +67,16 @@ pub(super) fn find(table: &dyn CandidateTable, mapping: &Mapping, alone: bool) -
     }
 }
 
-fn open(path: &Path) -> Result<Box<dyn CandidateTable>, CompareError> {
+fn open(path: &Path) -> Result<CandidateTable, CompareError> {
     let source = CandidateSource::open(path)?;
     match hdf5_or_npz(&source, &source.head(8)?)? {
         Some((_, table)) => Ok(table),
-        None => Ok(Box::new(CsvTable::open(source)?)),
+        None => CsvReader::open(source),
     }
 }
 
-fn read(table: &dyn CandidateTable, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
-    let path = table.path();
+fn read(table: &CandidateTable, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
+    let path = &table.path;
     let choices = if alone { 4 } else { 2 };
     let mapped = |column: &Option<MappedColumn>| column.as_ref().map(|column| column.name.clone());
     let lacks = |what: &str| {
@@ -84,32 +86,18 @@ fn read(table: &dyn CandidateTable, mapping: &Mapping, alone: bool) -> Result<Re
     let mut time = mapped(&mapping.event_time);
     for names in [&TIMES[..2], &TIMES[2..choices]] {
         if time.is_none() {
-            time = only(table, "events.time", names, &|_| false)?;
+            time = table.only("events.time", names, &|_| false)?;
         }
     }
-    let unread = || TIMES.iter().find_map(|name| unread(table, name));
+    let unread = || TIMES.iter().find_map(|name| table.unread(name));
     let time = time.ok_or_else(|| unread().map_or_else(|| lacks("time"), |left_out| left_out.error(path)))?;
     let kinds = || KINDS[..choices].iter().find(|name| table.has_texts(name));
     let kind = mapped(&mapping.event_kind).or_else(|| kinds().map(|name| (*name).to_owned()));
     let kind = kind.ok_or_else(|| lacks("kind"))?;
     let of_samples = mapping.time.as_ref().filter(|_| alone);
-    let factor = unit_factor(
-        table,
-        &time,
-        mapping.event_time.as_ref().or(of_samples),
-        Dimension::Time,
-    )?;
+    let factor = table.factor(&time, mapping.event_time.as_ref().or(of_samples), Dimension::Time)?;
     let mut rounding = table.roundings(std::slice::from_ref(&time))?.pop().flatten();
-    let mut times = Vec::new();
-    let mut pass = table.pass(std::slice::from_ref(&time))?;
-    let mut block = [Vec::new()];
-    loop {
-        pass(&mut block)?;
-        if block[0].is_empty() {
-            break;
-        }
-        times.extend_from_slice(&block[0]);
-    }
+    let times = table.values(&time)?;
     if rounding.is_none() && times.len() > 1 {
         rounding = Some(Rounding::Single).filter(|single| single.hold(&times));
     }

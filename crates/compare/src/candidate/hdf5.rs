@@ -1,179 +1,110 @@
 //! Columns of HDF5 files: result files, and files of other programs.
 
 use super::super::CompareError;
-use super::table::{BLOCK, CandidateTable, LeftOut, Pass, Slice, no_column, of_one_length};
-use std::path::Path;
+use super::table::{ArrayReader, ArrayValues, BLOCK, CandidateColumn, CandidateTable, LeftOut, Pass, TableArray};
 use stickslip_files::{ForeignFile, ResultFile};
-use stickslip_system::quote::shown;
 
 #[derive(Debug)]
-pub(super) struct OwnTable {
-    pub file: ResultFile,
+struct OwnReader {
+    file: ResultFile,
 }
 
-impl CandidateTable for OwnTable {
-    fn path(&self) -> &Path {
-        self.file.path()
+/// Columns of /trajectory of a result file.
+pub(super) fn own_table(file: ResultFile, columns: &[String]) -> CandidateTable {
+    let array = |name: &String| TableArray::of_rows(name, ArrayValues::Numbers);
+    CandidateTable {
+        path: file.path().to_owned(),
+        arrays: columns.iter().map(array).collect(),
+        left_out: Vec::new(),
+        by_path: false,
+        reader: Box::new(OwnReader { file }),
     }
+}
 
-    fn names(&self) -> Vec<String> {
-        let variables = stickslip_files::schema::trajectory().variables;
-        variables.into_iter().map(|v| v.name).collect()
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.names().iter().any(|known| known == name)
-    }
-
-    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
-        let (names, rows, mut row) = (columns.to_vec(), self.file.sample_count()?, 0);
+impl ArrayReader for OwnReader {
+    fn pass(&self, of: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
+        let (rows, mut row) = (self.file.sample_count()?, 0);
         Ok(Box::new(move |columns| {
             let range = row..rows.min(row + BLOCK);
             row = range.end;
-            for (name, column) in names.iter().zip(columns) {
-                *column = self.file.column(name, range.clone())?;
+            for (of, column) in of.iter().zip(columns) {
+                *column = self.file.column(&of.name, range.clone())?;
             }
             Ok(())
         }))
     }
 }
 
+/// Each variable with its path and shape.
 #[derive(Debug)]
-pub(super) struct ForeignTable {
+struct ForeignReader {
     file: ForeignFile,
-    left_out: Vec<LeftOut>,
+    variables: Vec<(String, Vec<usize>)>,
 }
 
-impl ForeignTable {
-    pub fn of(file: ForeignFile) -> ForeignTable {
-        let left_out = file.left_out().iter().map(|(path, why)| LeftOut {
-            name: path.clone(),
-            why: why.clone(),
-            remedy: "write it as an array of floats".to_owned(),
-        });
-        let left_out = left_out.collect();
-        ForeignTable { file, left_out }
-    }
-
-    fn resolve<'a>(&'a self, array: &str) -> Option<&'a str> {
-        resolve_in(self.file.names(), array)
+/// The arrays of another program's file.
+pub(super) fn foreign_table(file: ForeignFile) -> CandidateTable {
+    let left_out = file.left_out().iter().map(|(path, why)| LeftOut {
+        name: path.clone(),
+        why: why.clone(),
+        remedy: "write it as an array of floats".to_owned(),
+    });
+    let numbers = file.names().iter().chain(file.unshaped());
+    let numbers = numbers.map(|name| (name, ArrayValues::Numbers));
+    let all = numbers.chain(file.text_names().iter().map(|name| (name, ArrayValues::Texts)));
+    let array = |(name, values): (&String, ArrayValues)| TableArray {
+        shape: Some(file.shape(name).unwrap_or_default()),
+        ..TableArray::of_rows(name, values)
+    };
+    let arrays: Vec<TableArray> = all.map(array).collect();
+    let variable = |array: &TableArray| (array.name.clone(), array.shape.clone().unwrap_or_default());
+    CandidateTable {
+        path: file.path().to_owned(),
+        left_out: left_out.collect(),
+        by_path: true,
+        reader: Box::new(ForeignReader {
+            variables: arrays.iter().map(variable).collect(),
+            file,
+        }),
+        arrays,
     }
 }
 
-/// The path that equals `name`, or else the only path that ends in `name`.
-fn resolve_in<'a>(paths: &'a [String], name: &str) -> Option<&'a str> {
-    let name = name.trim_start_matches('/');
-    let exact = paths.iter().find(|path| *path == name);
-    let mut by_end = paths.iter().filter(|path| is_end_of(path, name));
-    let only = || by_end.next().filter(|_| by_end.next().is_none());
-    exact.or_else(only).map(String::as_str)
-}
-
-fn is_end_of(path: &str, name: &str) -> bool {
-    path.rsplit('/')
-        .next()
-        .is_some_and(|end| end.eq_ignore_ascii_case(name))
-}
-
-impl CandidateTable for ForeignTable {
-    fn path(&self) -> &Path {
-        self.file.path()
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.file.names().to_vec()
-    }
-
-    fn has(&self, name: &str) -> bool {
-        let slice = Slice::parse(name);
-        let shape = self.resolve(slice.array).and_then(|array| self.file.shape(array));
-        shape.is_some_and(|shape| slice.elements(&shape).is_some())
-    }
-
-    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
-        let (array, slice) = name.split_at(Slice::parse(name).array.len());
-        let path = self.resolve(array).filter(|_| self.has(name));
-        let path = path.filter(|path| (*path == array.trim_start_matches('/')) == exact);
-        path.map(|path| format!("{path}{slice}")).into_iter().collect()
-    }
-
-    fn paths_of(&self, name: &str) -> Vec<String> {
-        let end = Slice::parse(name).array;
-        let paths = self.file.names().iter().filter(|path| is_end_of(path, end));
-        paths.map(|path| shown(path)).collect()
-    }
-
-    fn left_out(&self) -> &[LeftOut] {
-        &self.left_out
-    }
-
-    fn shape(&self, name: &str) -> Option<Vec<usize>> {
-        let array = Slice::parse(name).array;
-        let path = self.resolve(array).or_else(|| resolve_in(self.file.unshaped(), array));
-        self.file.shape(path?)
-    }
-
-    fn has_texts(&self, name: &str) -> bool {
-        self.has(name) || resolve_in(self.file.text_names(), name).is_some()
-    }
-
-    fn unit(&self, name: &str) -> Option<String> {
-        self.file.units(self.resolve(Slice::parse(name).array)?)
-    }
-
-    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError> {
-        let mut parts = Vec::new();
-        let mut last: Option<(&str, usize)> = None;
-        for name in columns {
-            let slice = Slice::parse(name);
-            let array = self.resolve(slice.array).unwrap_or(slice.array);
-            let column = self.file.column(array)?;
-            let shape = self.file.shape(array).unwrap_or_default();
-            let Some((start, stride, rows)) = slice.elements(&shape) else {
-                return Err(no_column(self.path(), name, &shape));
-            };
-            last.map_or(Ok(()), |last| of_one_length(self.path(), name, rows, last))?;
-            last = Some((name, rows));
-            let is_row = slice.of.is_some() && stride == 1 && shape.len() == 2;
-            parts.push((column, Hdf5Part::of(&shape, start, stride, is_row)));
-        }
-        let (rows, mut row) = (last.map_or(0, |last| last.1), 0);
+impl ArrayReader for ForeignReader {
+    fn pass(&self, of: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError> {
+        let sources = of.iter().map(|of| Ok(self.file.column(&self.variables[of.array].0)?));
+        let sources = sources.collect::<Result<Vec<_>, CompareError>>()?;
+        let (rows, mut row) = (of.first().map_or(0, |of| of.elements.2), 0);
         Ok(Box::new(move |columns| {
             let range = row..rows.min(row + BLOCK);
             row = range.end;
-            for ((source, part), column) in parts.iter().zip(columns) {
-                *column = match *part {
-                    _ if range.is_empty() => Vec::new(),
-                    Hdf5Part::Whole => source.read(std::slice::from_ref(&range))?,
-                    Hdf5Part::Row(row) => source.read(&[row..row + 1, range.clone()])?,
-                    Hdf5Part::Column(k) => source.read(&[range.clone(), k..k + 1])?,
+            for ((of, source), column) in of.iter().zip(&sources).zip(columns) {
+                let (start, stride, _) = of.elements;
+                let part = match self.variables[of.array].1[..] {
+                    [_] => vec![range.clone()],
+                    [1, _] if start == 0 => vec![0..1, range.clone()],
+                    [_, 1] if start == 0 => vec![range.clone(), 0..1],
+                    [_, columns] if stride == 1 => {
+                        let k = start / columns.max(1);
+                        vec![k..k + 1, range.clone()]
+                    }
+                    _ => vec![range.clone(), start % stride.max(1)..start % stride.max(1) + 1],
+                };
+                *column = if range.is_empty() {
+                    Vec::new()
+                } else {
+                    source.read(&part)?
                 };
             }
             Ok(())
         }))
     }
 
-    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
-        let texts = resolve_in(self.file.text_names(), column);
-        let array = texts.or_else(|| self.resolve(column)).unwrap_or(column);
-        Ok(self.file.texts(array)?)
+    fn unit(&self, array: usize) -> Option<String> {
+        self.file.units(&self.variables[array].0)
     }
-}
 
-enum Hdf5Part {
-    Whole,
-    Row(usize),
-    Column(usize),
-}
-
-impl Hdf5Part {
-    fn of(shape: &[usize], start: usize, stride: usize, is_row: bool) -> Hdf5Part {
-        match shape {
-            [_] => Hdf5Part::Whole,
-            [1, _] if start == 0 => Hdf5Part::Row(0),
-            [_, 1] if start == 0 => Hdf5Part::Column(0),
-            &[_, columns] if is_row => Hdf5Part::Row(start / columns.max(1)),
-            _ => Hdf5Part::Column(start % stride.max(1)),
-        }
+    fn texts(&self, array: usize) -> Result<Option<Vec<String>>, CompareError> {
+        Ok(Some(self.file.texts(&self.variables[array].0)?))
     }
 }

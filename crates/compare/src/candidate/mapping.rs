@@ -39,11 +39,10 @@ impl TimeOffset {
     }
 
     fn seconds(value: f64) -> Result<TimeOffset, String> {
-        let fault = || format!("an offset is a number of seconds, or \"auto\", not {value}");
-        value
-            .is_finite()
-            .then_some(TimeOffset::Seconds(value))
-            .ok_or_else(fault)
+        match value.is_finite() {
+            true => Ok(TimeOffset::Seconds(value)),
+            false => Err(format!("an offset is a number of seconds, or \"auto\", not {value}")),
+        }
     }
 }
 
@@ -144,14 +143,8 @@ impl Mapping {
 
     fn entry(&mut self, path: &str, item: &Item) -> Result<(), String> {
         match path {
-            "time" | "events.time" => {
-                let column = column(item, path, Dimension::Time)?;
-                *(if path == "time" {
-                    &mut self.time
-                } else {
-                    &mut self.event_time
-                }) = Some(column);
-            }
+            "time" => self.time = Some(column(item, path, Dimension::Time)?),
+            "events.time" => self.event_time = Some(column(item, path, Dimension::Time)?),
             "time_offset" => {
                 self.time_offset = match number(item) {
                     Some(seconds) => TimeOffset::seconds(seconds)?,
@@ -159,11 +152,10 @@ impl Mapping {
                 };
             }
             "channels" | "events" | "detection" | "events.kinds" => {
-                let table = item.as_table_like();
-                for (name, item) in table
-                    .ok_or_else(|| format!("{path} is a table, written [{path}]"))?
-                    .iter()
-                {
+                let table = item
+                    .as_table_like()
+                    .ok_or_else(|| format!("{path} is a table, written [{path}]"))?;
+                for (name, item) in table.iter() {
                     self.entry(&format!("{path}.{name}"), item)?;
                 }
             }
@@ -218,15 +210,13 @@ impl Mapping {
     /// Sets the velocity tolerance from a text with or without a unit.
     pub fn set_tolerance(&mut self, text: &str) -> Result<(), CompareError> {
         let value = with_or_without_unit(text, self.velocity()).and_then(not_negative);
-        let value = value.map_err(|what| CompareError::Option(format!("--velocity-tolerance: {what}")))?;
-        self.velocity_tolerance = Some(value);
+        self.velocity_tolerance = Some(value.map_err(of_option("--velocity-tolerance"))?);
         Ok(())
     }
 
     /// Sets the time added to the candidate's times: a number of seconds, a time with its unit, or `auto`.
     pub fn set_time_offset(&mut self, text: &str) -> Result<(), CompareError> {
-        let offset = TimeOffset::parse(text);
-        self.time_offset = offset.map_err(|what| CompareError::Option(format!("--time-offset: {what}")))?;
+        self.time_offset = TimeOffset::parse(text).map_err(of_option("--time-offset"))?;
         Ok(())
     }
 
@@ -235,14 +225,11 @@ impl Mapping {
     /// # Errors
     /// If it is no positive time.
     pub fn set_max_wall_time(&mut self, text: &str) -> Result<(), CompareError> {
-        let fault = |what| CompareError::Option(format!("--max-wall-time: {what}"));
-        let value = with_or_without_unit(text, Dimension::Time).map_err(fault)?;
-        if value.is_nan() || value <= 0.0 {
-            return Err(fault(format!(
-                "a wall time is a positive number of seconds, not {value}"
-            )));
-        }
-        self.max_wall_time = Some(value);
+        let value = with_or_without_unit(text, Dimension::Time).and_then(|value| match value > 0.0 {
+            true => Ok(value),
+            false => Err(format!("a wall time is a positive number of seconds, not {value}")),
+        });
+        self.max_wall_time = Some(value.map_err(of_option("--max-wall-time"))?);
         Ok(())
     }
 
@@ -274,6 +261,10 @@ impl Mapping {
         self.channels.retain(|(known, _)| *known != channel);
         self.channels.push((channel, column));
     }
+}
+
+fn of_option(name: &'static str) -> impl Fn(String) -> CompareError {
+    move |what| CompareError::Option(format!("{name}: {what}"))
 }
 
 fn line_of(text: &str, offset: usize) -> usize {
@@ -316,10 +307,10 @@ fn velocity(item: &Item, dimension: Dimension) -> Result<f64, String> {
 }
 
 fn not_negative(value: f64) -> Result<f64, String> {
-    let fault = || format!("a velocity tolerance is a number of at least 0, not {value}");
-    Some(value)
-        .filter(|value| value.is_finite() && *value >= 0.0)
-        .ok_or_else(fault)
+    match value.is_finite() && value >= 0.0 {
+        true => Ok(value),
+        false => Err(format!("a velocity tolerance is a number of at least 0, not {value}")),
+    }
 }
 
 pub(super) fn known_kind(name: &str) -> Result<EventKind, String> {

@@ -8,7 +8,7 @@ mod npz;
 mod rows;
 mod table;
 
-pub use mapping::{MappedColumn, Mapping, TimeOffset};
+pub use mapping::{Mapping, TimeOffset};
 pub use rows::Block;
 pub(super) use rows::Rows;
 
@@ -18,27 +18,27 @@ use super::resolution::{Clock, ClockWatch, Digital, Rounding};
 use super::statistics::ComparedAttractor;
 use super::vocabulary::Known;
 use super::{Channel, CompareError, Found, saved_case};
-use csv::CsvTable;
-use hdf5::{ForeignTable, OwnTable};
-use npz::NpzTable;
+use csv::CsvReader;
+use hdf5::{foreign_table, own_table};
+use npz::npz_table;
 use rows::Supply;
 use std::path::{Path, PathBuf};
 use stickslip_case::quantity::Dimension;
 use stickslip_files::{ForeignFile, Reason, ResultFile, check_sound};
 use stickslip_system::model::system::Pressing;
 use stickslip_system::quote::shown;
-use table::{CandidateSource, CandidateTable, LeftOut, unread};
+use table::{CandidateSource, CandidateTable, LeftOut, MOST_NAMED, listed};
 
 const HEAD: u64 = 512;
 
 const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Candidate {
     pub path: PathBuf,
     /// "result file", "HDF5", "CSV", "NPZ" or "events table".
     pub format: &'static str,
-    table: Option<Box<dyn CandidateTable>>,
+    table: Option<CandidateTable>,
     columns: Vec<String>,
     pub clock: Clock,
     /// The first times show that they are rounded.
@@ -80,14 +80,11 @@ impl Candidate {
     fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
         let case = saved_case(path, &file)?;
         let events = file.events()?;
-        let refuse = |what: &str, remedy: &str| Err(CompareError::whole(path, what, remedy));
-        let case = &case;
-        let system = &case.system;
         if case.motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
-            return refuse(what, "compare runs of one motion");
+            return Err(CompareError::whole(path, what, "compare runs of one motion"));
         }
-        let axial = matches!(system.pressing, Pressing::Axial { .. });
+        let axial = matches!(case.system.pressing, Pressing::Axial { .. });
         let is_there = |channel: &Channel| match channel {
             _ if channel.is_axial() => axial,
             _ => file.column(&channel.name(), 0..0).is_ok(),
@@ -97,10 +94,10 @@ impl Candidate {
         for channel in physics.vocabulary().channels().filter(is_there) {
             candidate.take(channel, channel.name().into_owned(), 1.0);
         }
-        candidate.events = Some(events::own(path, &events, system.radius)?);
-        candidate.differences = Some(case_differences(&physics.case, case));
+        candidate.events = Some(events::own(path, &events, case.system.radius)?);
+        candidate.differences = Some(case_differences(&physics.case, &case));
         candidate.attractor = ComparedAttractor::of_file(&file)?;
-        candidate.table = Some(Box::new(OwnTable { file }));
+        candidate.table = Some(own_table(file, &candidate.columns));
         Ok(candidate)
     }
 
@@ -108,18 +105,7 @@ impl Candidate {
         Candidate {
             path: path.to_owned(),
             format,
-            columns: Vec::new(),
-            clock: Clock::seconds(),
-            clock_rounds: false,
-            digital: Vec::new(),
-            events_rounding: None,
-            supplies: Vec::new(),
-            direct: Vec::new(),
-            left_out: Vec::new(),
-            events: None,
-            differences: None,
-            attractor: None,
-            table: None,
+            ..Candidate::default()
         }
     }
 
@@ -132,42 +118,39 @@ impl Candidate {
     fn foreign(
         path: &Path,
         format: &'static str,
-        table: Box<dyn CandidateTable>,
+        table: CandidateTable,
         mapping: &Mapping,
         physics: &Physics,
     ) -> Result<Candidate, CompareError> {
         let stated = (physics.kinds_are_events && table.has_texts("kind")).then(|| mapping.clone().stated());
         let mapping = stated.as_ref().unwrap_or(mapping);
         let mut candidate = Candidate::empty(path, format);
-        candidate.left_out = table.left_out().to_vec();
+        candidate.left_out.clone_from(&table.left_out);
         for channel in physics.vocabulary().channels() {
-            if let Some((name, factor)) = candidate.find(&*table, channel, mapping, physics)? {
+            if let Some((name, factor)) = candidate.find(&table, channel, mapping, physics)? {
                 if candidate.columns.is_empty() {
-                    candidate.find_time(&*table, mapping)?;
+                    candidate.find_time(&table, mapping)?;
                 }
                 candidate.take(channel, name, factor);
             }
         }
         rows::derive(&mut candidate.supplies, physics);
-        if let Some((events, rounding)) = events::find(&*table, mapping, candidate.direct.is_empty())? {
+        if let Some((events, rounding)) = events::find(&table, mapping, candidate.direct.is_empty())? {
             candidate.events = Some(events);
             candidate.events_rounding = rounding;
         }
         if candidate.direct.is_empty() {
             if candidate.events.is_none() {
-                let what = format!(
-                    "no column is known as a channel; there are {}",
-                    candidate.there(&*table)
-                );
+                let what = format!("no column is known as a channel; there are {}", candidate.there(&table));
                 let remedy = "say which column is what, such as --column relative_velocity=NAME:rad/s, or in a mapping";
                 return Err(CompareError::whole(path, what, remedy));
             }
             candidate.format = "events table";
         } else {
-            candidate.look_at_digits(&*table)?;
+            candidate.look_at_digits(&table)?;
             candidate.table = Some(table);
         }
-        if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
+        if candidate.events.is_none() && !candidate.has(Channel::RELATIVE_VELOCITY) {
             let given: Vec<_> = candidate.direct.iter().map(|c| c.name()).collect();
             let what = format!(
                 "has neither events nor a relative velocity to find them by, but {}{}",
@@ -182,7 +165,7 @@ impl Candidate {
     }
 
     /// Estimates the rounding of the file's numbers from its first rows.
-    fn look_at_digits(&mut self, table: &dyn CandidateTable) -> Result<(), CompareError> {
+    fn look_at_digits(&mut self, table: &CandidateTable) -> Result<(), CompareError> {
         let of_texts = table.roundings(&self.columns)?;
         let mut first = vec![Vec::new(); self.columns.len()];
         let mut pass = table.pass(&self.columns)?;
@@ -212,11 +195,11 @@ impl Candidate {
         Ok(())
     }
 
-    fn find_time(&mut self, table: &dyn CandidateTable, mapping: &Mapping) -> Result<(), CompareError> {
+    fn find_time(&mut self, table: &CandidateTable, mapping: &Mapping) -> Result<(), CompareError> {
         let mapped = mapping.time.as_ref();
         let name = match mapped {
-            Some(column) => Some(self::mapped(table, "time", &column.name)?),
-            None => only(table, "time", &TIME_NAMES, &|_| false)?,
+            Some(column) => Some(table.mapped("time", &column.name)?),
+            None => table.only("time", &TIME_NAMES, &|_| false)?,
         };
         let name = name.ok_or_else(|| {
             self.leave_out(table, &TIME_NAMES);
@@ -224,7 +207,7 @@ impl Candidate {
             let remedy = "name it with --column time=NAME or in a mapping";
             CompareError::whole(&self.path, what, remedy)
         })?;
-        self.clock.factor = unit_factor(table, &name, mapped, Dimension::Time)?;
+        self.clock.factor = table.factor(&name, mapped, Dimension::Time)?;
         self.columns.push(name);
         Ok(())
     }
@@ -232,7 +215,7 @@ impl Candidate {
     /// The column of a channel with its factor to SI, by the mapping or by name.
     fn find(
         &mut self,
-        table: &dyn CandidateTable,
+        table: &CandidateTable,
         channel: Channel,
         mapping: &Mapping,
         physics: &Physics,
@@ -249,7 +232,7 @@ impl Candidate {
         let is_name = |name: &&str| !taken(name) && !is_axial(name);
         let names: Vec<&str> = names.filter(is_name).collect();
         let name = match mapped {
-            Some(column) => Some(self::mapped(table, &own, &column.name)?),
+            Some(column) => Some(table.mapped(&own, &column.name)?),
             None => {
                 let of_file = |name: &&&str| vocabulary.is_own_name(channel, name) && table.has(name);
                 let mut same = names.iter().filter(of_file);
@@ -263,7 +246,7 @@ impl Candidate {
                         }));
                         Some((*first).to_owned())
                     }
-                    _ => only(table, &own, &names, &taken)?,
+                    _ => table.only(&own, &names, &taken)?,
                 }
             }
         };
@@ -271,12 +254,12 @@ impl Candidate {
             self.leave_out(table, &names);
             return Ok(None);
         };
-        let factor = unit_factor(table, &name, mapped, vocabulary.dimension(channel))?;
+        let factor = table.factor(&name, mapped, vocabulary.dimension(channel))?;
         Ok(Some((name, factor)))
     }
 
-    fn leave_out(&mut self, table: &dyn CandidateTable, names: &[&str]) {
-        let found = names.iter().filter_map(|name| unread(table, name));
+    fn leave_out(&mut self, table: &CandidateTable, names: &[&str]) {
+        let found = names.iter().filter_map(|name| table.unread(name));
         for left_out in found {
             if !self.left_out.iter().any(|known| known.name == left_out.name) {
                 self.left_out.push(left_out);
@@ -298,7 +281,7 @@ impl Candidate {
         }
     }
 
-    fn there(&self, table: &dyn CandidateTable) -> String {
+    fn there(&self, table: &CandidateTable) -> String {
         listed(&table.names()) + &self.without()
     }
 
@@ -338,7 +321,7 @@ impl Candidate {
     }
 
     pub fn has(&self, channel: Channel) -> bool {
-        self.supplies.iter().any(|supply| supply.channel == channel)
+        self.supply(channel).is_some()
     }
 
     /// Whether a channel follows from its columns alone, without the reference's motion of a driven end.
@@ -346,12 +329,14 @@ impl Candidate {
         self.has(channel) && self.drive_of(channel).is_empty()
     }
 
+    fn supply(&self, channel: Channel) -> Option<&Supply> {
+        self.supplies.iter().find(|supply| supply.channel == channel)
+    }
+
     /// The name of a channel, and of its column if the file has another name for it: "phi1 (x)".
     pub fn name_of(&self, channel: Channel) -> String {
-        let of = self.supplies.iter().find(|supply| supply.channel == channel);
-        let column = of
-            .filter(|supply| !supply.is_computed())
-            .map(|supply| &self.columns[supply.terms()[0].0]);
+        let direct = self.supply(channel).filter(|supply| !supply.is_computed());
+        let column = direct.map(|supply| &self.columns[supply.terms()[0].0]);
         let name = channel.name().into_owned();
         match column.filter(|column| **column != name) {
             Some(column) => format!("{name} ({column})"),
@@ -362,50 +347,36 @@ impl Candidate {
     /// Channels and factors of which a channel is the sum, beside the motion of driven ends; empty if it is a column of
     /// the file.
     pub fn sum_of(&self, channel: Channel) -> Vec<(Channel, f64)> {
-        let of_column = |column: usize| {
+        let term = |&(column, factor): &(usize, f64)| {
             let is_column = |supply: &&Supply| !supply.is_computed() && supply.terms()[0].0 == column;
-            self.supplies.iter().find(is_column)
+            let direct = self.supplies.iter().find(is_column)?;
+            (direct.channel != channel).then_some((direct.channel, factor / direct.terms()[0].1))
         };
-        let Some(supply) = self.supplies.iter().find(|supply| supply.channel == channel) else {
-            return Vec::new();
-        };
-        let of = supply.terms().iter().map(|&(column, factor)| {
-            let direct = of_column(column)?;
-            Some((direct.channel, factor / direct.terms()[0].1))
-        });
-        let of: Vec<(Channel, f64)> = of.collect::<Option<_>>().unwrap_or_default();
-        if of.iter().any(|(term, _)| *term == channel) {
-            Vec::new()
-        } else {
-            of
-        }
+        let terms = self.supply(channel).map_or(&[][..], Supply::terms);
+        terms.iter().map(term).collect::<Option<_>>().unwrap_or_default()
     }
 
     /// The motion of driven ends in a channel, which the reference supplies.
     pub fn drive_of(&self, channel: Channel) -> &[(Known, f64)] {
-        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
-        supply.map_or(&[], Supply::drive)
+        self.supply(channel).map_or(&[], Supply::drive)
     }
 
     /// Error bound of a channel at this value due to rounding in the file; 0 for a missing channel.
     pub fn rounding_of(&self, channel: Channel, value: f64) -> f64 {
-        let supply = self.supplies.iter().find(|supply| supply.channel == channel);
-        supply.map_or(0.0, |supply| supply.rounding(value, &self.digital))
+        self.supply(channel)
+            .map_or(0.0, |supply| supply.rounding(value, &self.digital))
     }
 
     /// Error of a channel due to rounded times (s, up to `to`), at which the reference supplies the motion of its driven
     /// ends.
     pub fn clock_error_of(&self, channel: Channel, physics: &Physics, (from, to): (f64, f64)) -> f64 {
         let rounding = self.clock.rounding.filter(|_| self.clock_rounds);
-        let supply = self
-            .supplies
-            .iter()
-            .find(|supply| supply.channel == channel && !supply.drive().is_empty());
-        let error = rounding.zip(supply).map(|(rounding, supply)| {
-            let quantum = self.clock.quantum(rounding, to);
-            0.5 * supply.change_of_drive(physics, (from, to), quantum)
-        });
-        error.unwrap_or(0.0)
+        let supply = self.supply(channel).filter(|supply| !supply.drive().is_empty());
+        let Some((rounding, supply)) = rounding.zip(supply) else {
+            return 0.0;
+        };
+        let quantum = self.clock.quantum(rounding, to);
+        0.5 * supply.change_of_drive(physics, (from, to), quantum)
     }
 
     /// The coarsest rounding, relative to the values, of the columns behind `channels`; `None` for doubles.
@@ -420,21 +391,18 @@ impl Candidate {
     }
 
     pub fn rows<'a>(&'a self, channels: &[Channel], physics: &'a Physics) -> Result<Rows<'a>, CompareError> {
-        let none = || {
-            CompareError::whole(
-                &self.path,
-                "has events but no samples",
-                "give a time series to compare states",
-            )
-        };
-        let table = self.table.as_deref().ok_or_else(none)?;
-        let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
-        let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
+        let remedy = "give a time series to compare states";
+        let none = || CompareError::whole(&self.path, "has events but no samples", remedy);
+        let table = self.table.as_ref().ok_or_else(none)?;
+        let supplies = channels
+            .iter()
+            .filter_map(|&channel| self.supply(channel).cloned())
+            .collect();
         Rows::new(table, &self.columns, &self.clock, supplies, physics)
     }
 }
 
-type OfFormat = (&'static str, Box<dyn CandidateTable>);
+type OfFormat = (&'static str, CandidateTable);
 
 fn table_of(source: CandidateSource, head: &[u8]) -> Result<OfFormat, CompareError> {
     if let Some(known) = hdf5_or_npz(&source, head)? {
@@ -453,7 +421,7 @@ fn table_of(source: CandidateSource, head: &[u8]) -> Result<OfFormat, CompareErr
         let remedy = "it was cut off or is of another format: give HDF5, NPZ or CSV";
         return Err(CompareError::whole(path, what, remedy));
     }
-    Ok(("CSV", Box::new(CsvTable::open(source)?)))
+    Ok(("CSV", CsvReader::open(source)?))
 }
 
 fn hdf5_or_npz(source: &CandidateSource, head: &[u8]) -> Result<Option<OfFormat>, CompareError> {
@@ -461,10 +429,10 @@ fn hdf5_or_npz(source: &CandidateSource, head: &[u8]) -> Result<Option<OfFormat>
         refuse_pipe(source)?;
         check_sound(source.path())?;
         let file = ForeignFile::open(source.path())?;
-        return Ok(Some(("HDF5", Box::new(ForeignTable::of(file)))));
+        return Ok(Some(("HDF5", foreign_table(file))));
     }
     if head.starts_with(b"PK") {
-        return Ok(Some(("NPZ", Box::new(NpzTable::open(source)?))));
+        return Ok(Some(("NPZ", npz_table(source)?)));
     }
     Ok(None)
 }
@@ -498,84 +466,4 @@ fn refuse_pipe(source: &CandidateSource) -> Result<(), CompareError> {
         return Err(CompareError::whole(source.path(), "HDF5 came through a pipe", remedy));
     }
     Ok(())
-}
-
-/// The factor to SI: from the mapping, from the file, or 1.
-fn unit_factor(
-    table: &dyn CandidateTable,
-    name: &str,
-    mapped: Option<&MappedColumn>,
-    dimension: Dimension,
-) -> Result<f64, CompareError> {
-    if let Some(factor) = mapped.and_then(|column| column.factor) {
-        return Ok(factor);
-    }
-    let Some(unit) = table.unit(name) else {
-        return Ok(1.0);
-    };
-    mapping::factor(&unit, dimension).map_err(|what| {
-        let what = format!("its unit \"{}\": {what}", shown(&unit));
-        let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
-        CompareError::content(table.path(), name, what, remedy)
-    })
-}
-
-/// The only column that matches one of `names`, exactly or else nearly; `None` if there is none, an error if there are
-/// several. `taken` are columns of other channels.
-fn only(
-    table: &dyn CandidateTable,
-    what: &str,
-    names: &[&str],
-    taken: &dyn Fn(&str) -> bool,
-) -> Result<Option<String>, CompareError> {
-    for exact in [true, false] {
-        let mut found: Vec<String> = Vec::new();
-        for column in names.iter().flat_map(|name| table.columns_of(name, exact)) {
-            if !taken(&column) && !found.contains(&column) {
-                found.push(column);
-            }
-        }
-        if found.len() > 1 {
-            let listed = listed(&found);
-            let remedy = format!("say which it is with --column {what}=NAME or in a mapping");
-            let several = format!("several columns have names of {what}: {listed}");
-            return Err(CompareError::whole(table.path(), several, &remedy));
-        }
-        if found.len() == 1 {
-            return Ok(found.pop());
-        }
-    }
-    Ok(None)
-}
-
-fn mapped(table: &dyn CandidateTable, what: &str, name: &str) -> Result<String, CompareError> {
-    if !table.has(name) {
-        return Err(absent(table, name));
-    }
-    Ok(only(table, what, &[name], &|_| false)?.unwrap_or_else(|| name.to_owned()))
-}
-
-fn absent(table: &dyn CandidateTable, name: &str) -> CompareError {
-    let remedy = "correct the mapping or the option --column";
-    if let Some(left_out) = unread(table, name) {
-        return left_out.error(table.path());
-    }
-    let names = table.names();
-    let hint = match stickslip_case::suggest(name, names.iter().map(String::as_str)) {
-        Some(close) => format!("did you mean {close}?"),
-        None => format!("there are {}", listed(&names)),
-    };
-    let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
-    CompareError::whole(table.path(), what, remedy)
-}
-
-const MOST_NAMED: usize = 20;
-
-fn listed(names: &[String]) -> String {
-    if names.is_empty() {
-        return "no columns of numbers".to_owned();
-    }
-    let more = if names.len() > MOST_NAMED { ", ..." } else { "" };
-    let shown: Vec<String> = names.iter().take(MOST_NAMED).map(|name| shown(name)).collect();
-    shown.join(", ") + more
 }

@@ -35,21 +35,17 @@ impl Supply {
     /// Largest change of the motion of the driven ends in it over a time (s), at times of a span (s) without a corner.
     pub fn change_of_drive(&self, physics: &Physics, (from, to): (f64, f64), over: f64) -> f64 {
         const TIMES: usize = 1000;
-        let value = |time: f64| {
-            let known = self.sum.known.iter();
-            known
+        let driven = |time: f64| {
+            let parts = self.sum.known.iter();
+            parts
                 .map(|(known, factor)| factor * physics.driven(*known, time))
                 .sum::<f64>()
         };
         let times = (0..TIMES).map(|k| from + (to - over - from) * k as f64 / TIMES as f64);
-        let smooth = times.filter(|&time| {
-            physics
-                .course
-                .next_corner(time)
-                .is_none_or(|corner| corner > time + over)
-        });
+        let next_corner = |time: f64| physics.course.next_corner(time).unwrap_or(f64::INFINITY);
+        let smooth = times.filter(|&time| next_corner(time) > time + over);
         smooth
-            .map(|time| (value(time + over) - value(time)).abs())
+            .map(|time| (driven(time + over) - driven(time)).abs())
             .fold(0.0, f64::max)
     }
 
@@ -98,7 +94,7 @@ pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
 }
 
 pub(crate) struct Rows<'a> {
-    table: &'a dyn CandidateTable,
+    table: &'a CandidateTable,
     pass: Pass<'a>,
     names: Vec<String>,
     raw: Vec<Vec<f64>>,
@@ -112,7 +108,7 @@ pub(crate) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     pub(super) fn new(
-        table: &'a dyn CandidateTable,
+        table: &'a CandidateTable,
         columns: &[String],
         clock: &'a Clock,
         mut supplies: Vec<Supply>,
@@ -204,7 +200,7 @@ impl<'a> Rows<'a> {
 
     fn fault(&self, row: usize, column: &str, what: String, remedy: &str) -> CompareError {
         let place = place(self.row + row as u64, column);
-        CompareError::content(self.table.path(), place, what, remedy)
+        CompareError::content(&self.table.path, place, what, remedy)
     }
 
     /// Checks that times increase. If they are rounded, rows that repeat a time are dropped.

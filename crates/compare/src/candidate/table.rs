@@ -2,11 +2,13 @@
 
 use super::super::CompareError;
 use super::super::resolution::Rounding;
+use super::mapping::{self, MappedColumn};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use stickslip_case::quantity::Dimension;
 use stickslip_system::quote::shown;
 
 pub(super) const BLOCK: usize = 65_536;
@@ -15,41 +17,361 @@ pub(super) const BLOCK: usize = 65_536;
 /// errors name the place.
 pub(super) type Pass<'a> = Box<dyn FnMut(&mut [Vec<f64>]) -> Result<(), CompareError> + 'a>;
 
-pub(super) trait CandidateTable: std::fmt::Debug {
-    fn path(&self) -> &Path;
+/// Reads the arrays of a file.
+pub(super) trait ArrayReader: std::fmt::Debug {
+    fn pass(&self, columns: Vec<CandidateColumn>) -> Result<Pass<'_>, CompareError>;
+
+    /// An array as texts, for kinds of events; `None` if it is to be read as numbers.
+    fn texts(&self, _array: usize) -> Result<Option<Vec<String>>, CompareError> {
+        Ok(None)
+    }
+
+    fn unit(&self, _array: usize) -> Option<String> {
+        None
+    }
+
+    /// Rounding of the numbers of each array; `None` unless they are stored as text.
+    fn roundings(&self, arrays: &[usize]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        Ok(vec![None; arrays.len()])
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ArrayValues {
+    Numbers,
+    Texts,
+    Either,
+}
+
+#[derive(Debug)]
+pub(super) struct TableArray {
+    pub name: String,
+    pub values: ArrayValues,
+    /// `None` for a column with a value in each row of the table.
+    pub shape: Option<Vec<usize>>,
+    /// Stored column by column.
+    pub fortran: bool,
+}
+
+impl TableArray {
+    pub fn of_rows(name: impl Into<String>, values: ArrayValues) -> TableArray {
+        TableArray {
+            name: name.into(),
+            values,
+            shape: None,
+            fortran: false,
+        }
+    }
+
+    /// Start, stride and number of the elements of a row or column in the order of storage; `None` if the array has no
+    /// such slice. `NAME[2]` is a row if the array has fewer rows than columns.
+    fn elements(&self, slice: Option<(usize, Option<bool>)>) -> Option<(usize, usize, usize)> {
+        match (self.shape.as_deref(), slice) {
+            (None, None) => Some((0, 1, usize::MAX)),
+            (Some(&([n] | [n, 1] | [1, n])), None) => Some((0, 1, n)),
+            (Some(&[rows, columns]), Some((k, is_row))) => {
+                let is_row = is_row.unwrap_or(rows < columns);
+                let (each, length) = if is_row { (rows, columns) } else { (columns, rows) };
+                let (start, stride) = match is_row != self.fortran {
+                    true => (k.saturating_mul(length), 1),
+                    false => (k, each),
+                };
+                (k < each).then_some((start, stride, length))
+            }
+            _ => None,
+        }
+    }
+
+    fn is_listed(&self) -> bool {
+        self.values == ArrayValues::Numbers && self.shape.as_ref().is_none_or(|shape| matches!(shape.len(), 1 | 2))
+    }
+}
+
+/// A column of a table: some elements of an array.
+#[derive(Debug, Clone)]
+pub(super) struct CandidateColumn {
+    pub name: String,
+    pub array: usize,
+    /// First element, distance of elements, and number of them.
+    pub elements: (usize, usize, usize),
+}
+
+/// A file as arrays of numbers and texts.
+#[derive(Debug)]
+pub(super) struct CandidateTable {
+    pub path: PathBuf,
+    pub arrays: Vec<TableArray>,
+    pub left_out: Vec<LeftOut>,
+    /// Names of arrays are paths in the file. The last part is enough if it is unique.
+    pub by_path: bool,
+    pub reader: Box<dyn ArrayReader>,
+}
+
+impl CandidateTable {
     /// Names of the columns, as a mapping writes them.
-    fn names(&self) -> Vec<String>;
-    /// Whether there is a column of this name, which may be a slice.
-    fn has(&self, name: &str) -> bool;
-    fn has_texts(&self, _name: &str) -> bool {
-        false
+    pub fn names(&self) -> Vec<String> {
+        let listed = self.arrays.iter().filter(|array| !self.by_path || array.is_listed());
+        listed.map(|array| array.name.clone()).collect()
     }
+
+    fn is_exact(&self, array: &TableArray, name: &str) -> bool {
+        array.name
+            == if self.by_path {
+                name.trim_start_matches('/')
+            } else {
+                name
+            }
+    }
+
+    /// Whether names differ in case or blanks alone. OpenRadioss's th_to_csv fills titles with blanks.
+    fn is_near(&self, array: &TableArray, name: &str) -> bool {
+        let known = match self.by_path {
+            true => array.name.rsplit('/').next().unwrap_or_default(),
+            false => &array.name,
+        };
+        fn plain(name: &str) -> impl Iterator<Item = u8> + '_ {
+            let words = name.split_ascii_whitespace();
+            words
+                .flat_map(|word| word.bytes().chain([b' ']))
+                .map(|byte| byte.to_ascii_lowercase())
+        }
+        plain(known).eq(plain(name))
+    }
+
+    /// The array with a name, which may differ in case.
+    fn find(&self, name: &str, fits: impl Fn(&TableArray) -> bool) -> Option<usize> {
+        let fitting = || (0..self.arrays.len()).filter(|&k| fits(&self.arrays[k]));
+        let exact = fitting().find(|&k| self.is_exact(&self.arrays[k], name));
+        exact.or_else(|| {
+            let mut near = fitting().filter(|&k| self.is_near(&self.arrays[k], name));
+            let first = near.next()?;
+            (!self.by_path || near.next().is_none()).then_some(first)
+        })
+    }
+
+    fn column_of(&self, name: &str, fits: impl Fn(&TableArray) -> bool) -> Option<CandidateColumn> {
+        let (array, slice) = slice_of(name);
+        let array = self.find(array, fits)?;
+        Some(CandidateColumn {
+            name: name.to_owned(),
+            array,
+            elements: self.arrays[array].elements(slice)?,
+        })
+    }
+
+    /// Whether there is a column of numbers of this name, which may be a slice.
+    pub fn has(&self, name: &str) -> bool {
+        self.column_of(name, is_number).is_some()
+    }
+
+    pub fn has_texts(&self, name: &str) -> bool {
+        self.has(name) || self.column_of(name, |array| !is_number(array)).is_some()
+    }
+
+    fn column(&self, name: &str) -> Result<CandidateColumn, CompareError> {
+        if let Some(column) = self.column_of(name, is_number) {
+            return Ok(column);
+        }
+        if self.has_texts(name) {
+            let remedy = "name an array of numbers";
+            return Err(CompareError::content(&self.path, name, "is an array of texts", remedy));
+        }
+        let shape = self
+            .find(slice_of(name).0, is_number)
+            .and_then(|k| self.arrays[k].shape.as_ref());
+        Err(shape.map_or_else(
+            || self.absent(name),
+            |shape| {
+                let what = format!("is of shape {shape:?}, not a column");
+                CompareError::content(&self.path, name, what, "name a slice of it, such as y[2]")
+            },
+        ))
+    }
+
+    fn columns(&self, names: &[String]) -> Result<Vec<CandidateColumn>, CompareError> {
+        names.iter().map(|name| self.column(name)).collect()
+    }
+
+    pub fn pass(&self, names: &[String]) -> Result<Pass<'_>, CompareError> {
+        let columns = self.columns(names)?;
+        for pair in columns.windows(2) {
+            let (rows, before) = (pair[1].elements.2, pair[0].elements.2);
+            if rows != before {
+                let what = format!("has {rows} rows, but {} has {before}", pair[0].name);
+                let remedy = "columns are of one length";
+                return Err(CompareError::content(&self.path, &*pair[1].name, what, remedy));
+            }
+        }
+        self.reader.pass(columns)
+    }
+
+    pub fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
+        let arrays: Vec<usize> = self.columns(names)?.iter().map(|column| column.array).collect();
+        self.reader.roundings(&arrays)
+    }
+
+    /// All values of a column.
+    pub fn values(&self, name: &str) -> Result<Vec<f64>, CompareError> {
+        let mut pass = self.pass(&[name.to_owned()])?;
+        let (mut values, mut block) = (Vec::new(), [Vec::new()]);
+        loop {
+            pass(&mut block)?;
+            if block[0].is_empty() {
+                return Ok(values);
+            }
+            values.append(&mut block[0]);
+        }
+    }
+
+    /// A column as texts.
+    pub fn texts(&self, name: &str) -> Result<Vec<String>, CompareError> {
+        let texts = self.find(name, |array| array.values != ArrayValues::Numbers);
+        let array = match texts {
+            Some(array) => array,
+            None => self.column(name)?.array,
+        };
+        match self.reader.texts(array)? {
+            Some(texts) => Ok(texts),
+            None => Ok(self.values(name)?.iter().map(f64::to_string).collect()),
+        }
+    }
+
     /// Columns with this name, or with a similar name if not `exact`.
-    fn columns_of(&self, name: &str, exact: bool) -> Vec<String> {
-        let found = exact && self.has(name);
-        found.then(|| name.to_owned()).into_iter().collect()
+    fn columns_named(&self, name: &str, exact: bool) -> Vec<String> {
+        let array_name = slice_of(name).0;
+        let is_it = |array: &&TableArray| match exact {
+            true => self.is_exact(array, array_name),
+            false => self.is_near(array, array_name),
+        };
+        let named = self.arrays.iter().filter(|array| is_number(array)).filter(is_it);
+        let mut found: Vec<String> = named
+            .map(|array| array.name.clone() + &name[array_name.len()..])
+            .collect();
+        found.retain(|name| self.has(name));
+        if self.by_path && found.len() > 1 {
+            found.clear();
+        }
+        found
     }
-    /// Rounding of the numbers of each column; `None` unless they are stored as text.
-    fn roundings(&self, names: &[String]) -> Result<Vec<Option<Rounding>>, CompareError> {
-        Ok(vec![None; names.len()])
+
+    /// The only column that matches one of `names`, exactly or else nearly; `None` if there is none, an error if there
+    /// are several. `taken` are columns of other channels.
+    pub fn only(
+        &self,
+        what: &str,
+        names: &[&str],
+        taken: &dyn Fn(&str) -> bool,
+    ) -> Result<Option<String>, CompareError> {
+        for exact in [true, false] {
+            let mut found: Vec<String> = Vec::new();
+            for column in names.iter().flat_map(|name| self.columns_named(name, exact)) {
+                if !taken(&column) && !found.contains(&column) {
+                    found.push(column);
+                }
+            }
+            if found.len() > 1 {
+                let several = format!("several columns have names of {what}: {}", listed(&found));
+                let remedy = format!("say which it is with --column {what}=NAME or in a mapping");
+                return Err(CompareError::whole(&self.path, several, &remedy));
+            }
+            if found.len() == 1 {
+                return Ok(found.pop());
+            }
+        }
+        Ok(None)
     }
-    fn left_out(&self) -> &[LeftOut] {
-        &[]
+
+    /// The column that a mapping names.
+    pub fn mapped(&self, what: &str, name: &str) -> Result<String, CompareError> {
+        if !self.has(name) {
+            return Err(self.absent(name));
+        }
+        Ok(self.only(what, &[name], &|_| false)?.unwrap_or_else(|| name.to_owned()))
     }
-    fn paths_of(&self, _name: &str) -> Vec<String> {
-        Vec::new()
+
+    fn absent(&self, name: &str) -> CompareError {
+        if let Some(left_out) = self.unread(name) {
+            return left_out.error(&self.path);
+        }
+        let names = self.names();
+        let hint = match stickslip_case::suggest(name, names.iter().map(String::as_str)) {
+            Some(close) => format!("did you mean {close}?"),
+            None => format!("there are {}", listed(&names)),
+        };
+        let what = format!("has no column \"{}\"; {hint}", shown(name));
+        CompareError::whole(&self.path, what, "correct the mapping or the option --column")
     }
-    fn shape(&self, _name: &str) -> Option<Vec<usize>> {
-        None
+
+    /// The factor to SI: from the mapping, from the file, or 1.
+    pub fn factor(&self, name: &str, mapped: Option<&MappedColumn>, dimension: Dimension) -> Result<f64, CompareError> {
+        if let Some(factor) = mapped.and_then(|column| column.factor) {
+            return Ok(factor);
+        }
+        let array = self.find(slice_of(name).0, is_number);
+        let Some(unit) = array.and_then(|k| self.reader.unit(k)) else {
+            return Ok(1.0);
+        };
+        mapping::factor(&unit, dimension).map_err(|what| {
+            let what = format!("its unit \"{}\": {what}", shown(&unit));
+            let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
+            CompareError::content(&self.path, name, what, remedy)
+        })
     }
-    fn unit(&self, _name: &str) -> Option<String> {
-        None
+
+    /// Why contents of this name are not read.
+    pub fn unread(&self, name: &str) -> Option<LeftOut> {
+        let array = slice_of(name).0;
+        let of = |why: String, remedy: &str| LeftOut {
+            name: array.to_owned(),
+            why,
+            remedy: remedy.to_owned(),
+        };
+        if let Some(known) = self.left_out.iter().find(|left_out| left_out.is(array)) {
+            return Some(known.clone());
+        }
+        let ends = |known: &&TableArray| self.by_path && known.is_listed() && self.is_near(known, array);
+        let paths: Vec<_> = self
+            .arrays
+            .iter()
+            .filter(ends)
+            .map(|known| shown(&known.name))
+            .collect();
+        if paths.len() > 1 {
+            let why = format!("is the last part of several paths, {}", paths.join(", "));
+            return Some(of(why, "name one of them in a mapping or with --column"));
+        }
+        let known = self.find(array, TableArray::is_listed);
+        let known = known.or_else(|| self.find(array, |array| array.values == ArrayValues::Numbers));
+        let Some(shape) = known.and_then(|k| self.arrays[k].shape.as_ref()) else {
+            let texts = self
+                .has_texts(name)
+                .then(|| of("holds texts".to_owned(), "save numbers"));
+            return texts;
+        };
+        if shape.is_empty() {
+            return Some(of("is a single number".to_owned(), "give a value for each row"));
+        }
+        let remedy = match shape.len() {
+            1 | 2 => "name a slice of it, such as y[2]",
+            _ => "save one dimension of it",
+        };
+        Some(of(format!("is of shape {shape:?}, not a column"), remedy))
     }
-    fn pass(&self, columns: &[String]) -> Result<Pass<'_>, CompareError>;
-    /// A column as text, for kinds of events; empty for a format without texts.
-    fn texts(&self, _column: &str) -> Result<Vec<String>, CompareError> {
-        Ok(Vec::new())
+}
+
+fn is_number(array: &TableArray) -> bool {
+    array.values != ArrayValues::Texts
+}
+
+pub(super) const MOST_NAMED: usize = 20;
+
+pub(super) fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        return "no columns of numbers".to_owned();
     }
+    let more = if names.len() > MOST_NAMED { ", ..." } else { "" };
+    let shown: Vec<String> = names.iter().take(MOST_NAMED).map(|name| shown(name)).collect();
+    shown.join(", ") + more
 }
 
 pub(super) fn place(row: u64, column: &str) -> String {
@@ -65,45 +387,16 @@ pub(super) struct LeftOut {
 
 impl LeftOut {
     /// Whether a name refers to it: its full path or the last part.
-    pub fn is(&self, name: &str) -> bool {
-        let name = Slice::parse(name).array.trim_start_matches('/');
+    fn is(&self, name: &str) -> bool {
         let end = self.name.rsplit('/').next().unwrap_or_default();
-        [&self.name, end].iter().any(|known| known.eq_ignore_ascii_case(name))
+        [&self.name, end]
+            .iter()
+            .any(|known| known.eq_ignore_ascii_case(name.trim_start_matches('/')))
     }
 
     pub fn error(self, path: &Path) -> CompareError {
         CompareError::content(path, shown(&self.name), self.why, self.remedy)
     }
-}
-
-pub(super) fn unread(table: &dyn CandidateTable, name: &str) -> Option<LeftOut> {
-    let of = |why: String, remedy: &str| LeftOut {
-        name: Slice::parse(name).array.to_owned(),
-        why,
-        remedy: remedy.to_owned(),
-    };
-    let known = table.left_out().iter().find(|left_out| left_out.is(name));
-    known.cloned().or_else(|| {
-        let paths = table.paths_of(name);
-        if paths.len() > 1 {
-            let why = format!("is the last part of several paths, {}", paths.join(", "));
-            return Some(of(why, "name one of them in a mapping or with --column"));
-        }
-        match table.shape(name).as_deref() {
-            Some([]) => Some(of("is a single number".to_owned(), "give a value for each row")),
-            Some(shape @ ([_] | [_, _])) => {
-                let why = format!("is of shape {shape:?}, not a column");
-                Some(of(why, "name a slice of it, such as y[2]"))
-            }
-            Some(shape) => {
-                let why = format!("is of shape {shape:?}, not a column");
-                Some(of(why, "save one dimension of it"))
-            }
-            None => table
-                .has_texts(name)
-                .then(|| of("holds texts".to_owned(), "save numbers")),
-        }
-    })
 }
 
 /// Checks that names in a line, whose columns count from 1, are unique.
@@ -123,65 +416,21 @@ pub(super) fn each_once<'a>(
     Ok(())
 }
 
-/// Position of a name in a list: the exact name, or else the first one that differs only in case.
-pub(super) fn place_of<'a>(mut names: impl Iterator<Item = &'a str> + Clone, name: &str) -> Option<usize> {
-    let exact = names.clone().position(|known| known == name);
-    exact.or_else(|| names.position(|known| known.eq_ignore_ascii_case(name)))
-}
-
-pub(super) fn of_one_length(path: &Path, name: &str, rows: usize, other: (&str, usize)) -> Result<(), CompareError> {
-    if rows == other.1 {
-        return Ok(());
-    }
-    let what = format!("has {rows} rows, but {} has {}", other.0, other.1);
-    Err(CompareError::content(path, name, what, "columns are of one length"))
-}
-
-pub(super) fn no_column(path: &Path, name: &str, shape: &[usize]) -> CompareError {
-    let what = format!("is of shape {shape:?}, not a column");
-    CompareError::content(path, name, what, "name a slice of it, such as y[2]")
-}
-
-/// Meaning of `NAME[2]`, `NAME[2,:]` or `NAME[:,2]`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Slice<'a> {
-    pub array: &'a str,
-    /// Index of the row (`true`) or column (`false`) of a two-dimensional array; `None` for a one-dimensional array.
-    pub of: Option<(usize, Option<bool>)>,
-}
-
-impl<'a> Slice<'a> {
-    pub fn parse(name: &'a str) -> Slice<'a> {
-        let inside = name.strip_suffix(']').and_then(|start| start.split_once('['));
-        let sliced = inside.and_then(|(array, index)| {
-            let number = |text: &str| text.parse::<usize>().ok();
-            let parts: Vec<&str> = index.split(',').map(str::trim).collect();
-            let of = match parts[..] {
-                [k] => (number(k)?, None),
-                [k, ":"] => (number(k)?, Some(true)),
-                [":", k] => (number(k)?, Some(false)),
-                _ => return None,
-            };
-            Some(Slice { array, of: Some(of) })
-        });
-        sliced.unwrap_or(Slice { array: name, of: None })
-    }
-
-    /// Start, stride and number of the elements in an array of this shape, stored row by row; `None` if it has no such
-    /// slice. `NAME[2]` is a row if the array has fewer rows than columns.
-    pub fn elements(&self, shape: &[usize]) -> Option<(usize, usize, usize)> {
-        match (shape, self.of) {
-            ([n] | [n, 1] | [1, n], None) => Some((0, 1, *n)),
-            (&[rows, columns], Some((k, row))) => {
-                if row.unwrap_or(rows < columns) {
-                    (k < rows).then(|| (k.saturating_mul(columns), 1, columns))
-                } else {
-                    (k < columns).then_some((k, columns, rows))
-                }
-            }
-            _ => None,
-        }
-    }
+/// Array and slice of a name: `NAME[2]`, row `NAME[2,:]` (`true`) or column `NAME[:,2]` (`false`).
+fn slice_of(name: &str) -> (&str, Option<(usize, Option<bool>)>) {
+    let inside = name.strip_suffix(']').and_then(|start| start.split_once('['));
+    let sliced = inside.and_then(|(array, index)| {
+        let number = |text: &str| text.parse::<usize>().ok();
+        let parts: Vec<&str> = index.split(',').map(str::trim).collect();
+        let slice = match parts[..] {
+            [k] => (number(k)?, None),
+            [k, ":"] => (number(k)?, Some(true)),
+            [":", k] => (number(k)?, Some(false)),
+            _ => return None,
+        };
+        Some((array, Some(slice)))
+    });
+    sliced.unwrap_or((name, None))
 }
 
 /// Largest input through a pipe, bytes. It is kept in a temporary file.

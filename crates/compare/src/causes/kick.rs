@@ -185,7 +185,7 @@ pub(crate) fn other_kick(
         time,
         jumps,
         reference,
-        unit: physics.vocabulary().unit(Channel::RelativeVelocity),
+        unit: physics.vocabulary().unit(Channel::RELATIVE_VELOCITY),
         rerun: None,
     })
 }

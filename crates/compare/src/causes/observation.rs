@@ -10,7 +10,7 @@ use crate::vocabulary::Known;
 use crate::{Channel, Found};
 use stickslip_engine::simulation::Course;
 use stickslip_files::ResultError;
-use stickslip_system::record::sequence::SequenceEvent;
+use stickslip_system::record::{self, sequence::SequenceEvent};
 
 /// Most samples kept over the whole span, and around the first difference. Beyond that, every second one is dropped
 /// repeatedly.
@@ -18,8 +18,11 @@ const KEPT: usize = 4096;
 
 /// Channels that are integrals of others and grow without bound, and products. Their causes show in the other channels.
 fn is_integral(channel: Channel) -> bool {
-    use Channel::{Angle, Phi2, Product, SlipDisplacement, Theta};
-    channel.is_impulse() || matches!(channel, Theta | Phi2 | SlipDisplacement | Angle(_) | Product(_))
+    match channel {
+        Channel::Recorded("theta" | "phi2" | "slip_displacement") | Channel::Angle(_) => true,
+        Channel::Recorded(name) => record::channel::factors(name).is_some(),
+        _ => channel.is_impulse(),
+    }
 }
 
 /// Time and values of a sample, and the time (s) since which the rows have been the same.
@@ -109,7 +112,7 @@ impl ObservationPass {
         let compared = columns.len();
         let velocity = channels
             .iter()
-            .position(|&channel| channel == Channel::RelativeVelocity);
+            .position(|&channel| channel == Channel::RELATIVE_VELOCITY);
         columns.extend(velocity.filter(|place| !columns.contains(place)));
         let observed: Vec<Channel> = columns.iter().map(|&k| channels[k]).collect();
         let sum = |&channel: &Channel| {
@@ -121,7 +124,7 @@ impl ObservationPass {
             sums: observed.iter().map(sum).collect(),
             repetitions: Repetitions::default(),
             compared,
-            drive: candidate.drive_of(Channel::RelativeVelocity).to_vec(),
+            drive: candidate.drive_of(Channel::RELATIVE_VELOCITY).to_vec(),
             channels: observed,
             columns,
             window,
@@ -304,7 +307,7 @@ impl Observation {
 
     fn velocity(&self) -> Option<usize> {
         let mut channels = self.channels.iter();
-        channels.position(|channel| *channel == Channel::RelativeVelocity)
+        channels.position(|channel| *channel == Channel::RELATIVE_VELOCITY)
     }
 
     /// Events of a motion as they are found in the candidate; `None` without a relative velocity. `sticks`: the contact
@@ -314,7 +317,7 @@ impl Observation {
         let force = self
             .channels
             .iter()
-            .position(|channel| *channel == Channel::NormalForce);
+            .position(|channel| *channel == Channel::NORMAL_FORCE);
         let rows = (0..self.time.len()).filter(|&row| velocity[row].is_finite());
         let points = rows.map(|row| Point {
             time: self.time[row],
@@ -379,7 +382,7 @@ impl Observation {
     pub fn derive(&self, values: &mut ObservedValues, physics: &Physics) {
         let sums = self.sums.iter().enumerate().filter(|(_, sum)| !sum.is_empty());
         for (place, sum) in sums {
-            let is_velocity = self.channels[place] == Channel::RelativeVelocity;
+            let is_velocity = self.channels[place] == Channel::RELATIVE_VELOCITY;
             let drive = if is_velocity { &self.drive[..] } else { &[] };
             let value = |(row, &time): (usize, &f64)| {
                 let of_drive = drive

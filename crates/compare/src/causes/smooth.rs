@@ -268,7 +268,7 @@ impl Cause for Smooth {
     }
 
     fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
-        let unit = search.evidence.physics.vocabulary().unit(Channel::RelativeVelocity);
+        let unit = search.evidence.physics.vocabulary().unit(Channel::RELATIVE_VELOCITY);
         let words = format!(
             "its friction has {} in the place of the sign, eps = {:.2e} {unit}",
             SHAPES[self.shape].name, self.speed

@@ -153,7 +153,7 @@ impl SteppedMotion<'_> {
         for (column, &channel) in values.iter_mut().zip(&observation.channels) {
             column[row] = match channel {
                 // Some solvers keep omega_r in a stick.
-                Channel::RelativeVelocity => self.velocity(),
+                Channel::RELATIVE_VELOCITY => self.velocity(),
                 _ => self.reading.series(self.physics.quantity(channel), 0.0).0[0],
             };
         }

@@ -452,7 +452,7 @@ impl SteppingSolver {
             ..
         } = self.stepper;
         let physics = search.evidence.physics;
-        let unit = physics.vocabulary().unit(Channel::RelativeVelocity);
+        let unit = physics.vocabulary().unit(Channel::RELATIVE_VELOCITY);
         let short = match step < 1e-3 {
             true => format!("{:.1} us", step * 1e6),
             false => format!("{step:.3e} s"),

@@ -269,15 +269,13 @@ impl Physics {
         };
         let free = part.is_some_and(|of| self.side(of).speed.is_some());
         match self.coasting {
-            Some(speed) if sliding && (free || channel == Channel::RelativeVelocity) => size.max(speed),
+            Some(speed) if sliding && (free || channel == Channel::RELATIVE_VELOCITY) => size.max(speed),
             _ => size,
         }
     }
 
     fn product_of_sizes(&self, factors: &[&str; 2], sliding: bool) -> f64 {
-        let known = Channel::ALL
-            .into_iter()
-            .filter(|channel| factors.contains(&&*channel.name()));
+        let known = Channel::all().filter(|channel| factors.contains(&&*channel.name()));
         known.map(|channel| self.size(channel, sliding)).product()
     }
 
