@@ -1,7 +1,6 @@
 //! File formats of tables.
 
-use super::TableOrigin;
-use super::table::ExportTable;
+use super::{ExportTable, TableOrigin};
 use crate::Error;
 use crate::output::Product;
 use serde::Serialize;

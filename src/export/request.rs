@@ -1,7 +1,6 @@
 //! The requested table: its columns, and its rows or the times at which it is evaluated.
 
-use super::table::{BLOCK, ExportTable, Spool};
-use super::{Export, TableOrigin};
+use super::{BLOCK, Export, ExportTable, Spool, TableOrigin};
 use crate::Error;
 use crate::plot::html::file_name;
 use std::fs::File;

@@ -186,12 +186,7 @@ fn human_unit(unit: &str) -> String {
 }
 
 pub(super) fn superscript(power: i32) -> String {
-    let digit = |c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        c => char::from_u32(0x2070 + c as u32 - '0' as u32).unwrap_or(c),
-    };
-    power.to_string().chars().map(digit).collect()
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize]);
+    power.to_string().chars().map(raised).collect()
 }

@@ -197,18 +197,10 @@ fn exponent_at(letters: &[char], k: usize) -> Option<usize> {
 }
 
 fn plain(c: char) -> (Level, char) {
-    let digit = |from: u32| char::from_digit(c as u32 - from, 10).unwrap_or(c);
-    match c {
-        '₀'..='₉' => (Level::Index, digit(0x2080)),
-        'ᵣ' => (Level::Index, 'r'),
-        'ₙ' => (Level::Index, 'n'),
-        '¹' => (Level::Exponent, '1'),
-        '²' => (Level::Exponent, '2'),
-        '³' => (Level::Exponent, '3'),
-        '⁰' | '⁴'..='⁹' => (Level::Exponent, digit(0x2070)),
-        '⁻' => (Level::Exponent, '−'),
-        _ => (Level::Line, c),
-    }
+    let place = |small: &str, plain: &str| small.chars().zip(plain.chars()).find(|pair| pair.0 == c);
+    let index = place("₀₁₂₃₄₅₆₇₈₉ᵣₙ", "0123456789rn").map(|pair| (Level::Index, pair.1));
+    let exponent = || place("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789−").map(|pair| (Level::Exponent, pair.1));
+    index.or_else(exponent).unwrap_or((Level::Line, c))
 }
 
 /// The content of an SVG text in this size.

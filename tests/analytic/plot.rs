@@ -303,7 +303,7 @@ mod spiral {
 }
 
 mod samples {
-    use stickslip::plot::studies::samples::rank_correlation;
+    use stickslip::plot::studies::rank_correlation;
 
     #[test]
     fn analytic_rank_correlation() {

@@ -10,9 +10,8 @@
 mod describe;
 mod pages;
 
-use super::formats;
 use super::request::{Which, columns};
-use super::table::{BLOCK, ExportTable, Spool};
+use super::{BLOCK, ExportTable, Spool, formats};
 use crate::Error;
 use crate::output::Product;
 use describe::Resource;

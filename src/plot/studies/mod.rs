@@ -4,8 +4,7 @@
 //! | module | contents |
 //! |---|---|
 //! | [`data`] | the file in memory |
-//! | `plane` | a quantity over one or two axes, and the points to draw |
-//! | `samples` | the distribution of a quantity, and its dependence on each axis |
+//! | `plane` | a quantity over one or two axes, its distribution, and the points to draw |
 //! | `region` | the region in which a calibration meets its targets |
 //! | [`page`] | the interactive page |
 
@@ -13,11 +12,11 @@ pub mod data;
 pub mod page;
 mod plane;
 mod region;
-pub mod samples;
 
 use super::figure::Figure;
 use crate::Error;
 pub use data::{StudyColumn, StudyData};
+pub use plane::rank_correlation;
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_files::StudyFile;
@@ -111,7 +110,7 @@ pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> 
         }
         let traced = file.text("boundary/x").is_some();
         if choice.axes.is_none() && !traced {
-            figures.push(samples::figure(&data, quantity)?);
+            figures.push(plane::samples(&data, quantity)?);
         }
         if choice.axes.is_some() || data.axes.iter().filter(|axis| axis.varies()).count() > 1 {
             let boundary = if traced { super::critical::boundary(file)? } else { None };
