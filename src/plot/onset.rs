@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::PALETTE;
-use stickslip_analysis::analysis::stability::onset::{METHODS, Onset};
+use stickslip_analysis::analysis::stability::growth::{METHODS, Onset};
 
 /// Name of the figure and its files.
 pub const NAME: &str = "onset-against-tolerance";

@@ -1,7 +1,6 @@
 //! Steady sliding of two trains, and changes of its stability.
 
-use super::impedance::{ImpedanceCrossings, SlidingVerdict};
-use super::linear::{ROUNDING, columns, crossings, jacobian, state};
+use super::linear::{ImpedanceCrossings, ROUNDING, SlidingVerdict, columns, crossings, jacobian, state};
 use super::modes::{ChangeSearch, OperatingPoint, StabilityChange};
 use std::f64::consts::TAU;
 use stickslip_system::friction::Law;

@@ -12,8 +12,7 @@ pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 
 use study::{FALLBACK, TIGHTEST};
 
-use super::exact::request as oracle_request;
-use super::truth::Truth;
+use super::exact::{Truth, request as oracle_request};
 use serde::{Serialize, Serializer};
 use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
