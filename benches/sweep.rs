@@ -112,7 +112,7 @@ fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<PointOutcom
     let clock = Clock::start();
     let ended = run_points(study, points, workers, &(), &without_a_file, |group| {
         keep(group);
-        Ok::<(), ()>(())
+        Ok(())
     });
     assert!(ended.is_ok());
     clock.stop()

@@ -60,8 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         save(&Figure { name, ..figure })?;
     }
     let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
-    let result = work_precision::run(&study, &())?.ok_or("interrupted")?;
-    save(&plot::work_precision::figure(&study.title, &result))
+    let result = work_precision::run(&study, &())?;
+    save(&plot::work_precision::figure(&study.head.title, &result))
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {

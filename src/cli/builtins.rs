@@ -35,22 +35,22 @@ pub(super) fn listed() -> Result<Vec<ListedCase>, CommandError> {
     }
     for study in STUDIES {
         let source = StudySource::text(study.name, study.text);
-        let title = Study::parse(source, &[])?.title;
+        let title = Study::parse(source, &[])?.head.title;
         add(study.name, "study", "sweep", title);
     }
     for study in CALIBRATIONS {
         let source = StudySource::text(study.name, study.text);
-        let title = CalibrationStudy::parse(source, &[])?.runs.title;
+        let title = CalibrationStudy::parse(source, &[])?.runs.head.title;
         add(study.name, "study", "calibrate", title);
     }
     for study in CONTINUATIONS {
         let source = StudySource::text(study.name, study.text);
-        let title = ContinuationStudy::parse(source, &[])?.title;
+        let title = ContinuationStudy::parse(source, &[])?.head.title;
         add(study.name, "study", "continue", title);
     }
     for study in work_precision::STUDIES {
         let source = StudySource::text(study.name, study.text);
-        let title = work_precision::PrecisionStudy::parse(source)?.title;
+        let title = work_precision::PrecisionStudy::parse(source)?.head.title;
         add(study.name, "study", "work-precision", title);
     }
     Ok(listed)

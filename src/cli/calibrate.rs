@@ -8,41 +8,39 @@ use crate::plot::target::{self, Product};
 use crate::report::CalibrationReport;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use stickslip_analysis::calibrate::{
-    CALIBRATIONS, Calibration, CalibrationError, CalibrationStudy, calibrate as find, write_file,
-};
+use stickslip_analysis::calibrate::{CALIBRATIONS, Calibration, CalibrationRun, CalibrationStudy};
 use stickslip_analysis::sweep::StudySource;
 use stickslip_case::CaseError;
-use stickslip_files::Reservation;
 use stickslip_files::disk::same_file;
 
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let study = read_study(options)?;
-    let name = &study.runs.source.name;
+    let name = &study.runs.head.source.name;
     let path = options
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
     // Set before the file is created, so that an interruption ends the calibration cleanly from then on.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.runs.files)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
     let jobs = options.runs.jobs.unwrap_or_else(stickslip_engine::workers::processors);
     let bar = Bar::new(common, BarKind::Parts, &stop);
     let clock = Instant::now();
-    let result = find(&study, jobs, &bar);
+    let result = CalibrationRun::new(&study, &path)
+        .overwrite(overwrite(options.force))
+        .workers(jobs)
+        .watch(&bar)
+        .start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
-    let calibration = match result {
-        Ok(calibration) => calibration,
-        Err(CalibrationError::NothingRun) => {
+    let (file, calibration) = match result {
+        Err(error) if error.is_interrupted() => {
             return interrupted(common, " before the first run was done; nothing is saved");
         }
-        Err(error) => return Err(CommandError::computation(error)),
+        result => result?,
     };
-    let file = write_file(&study, &calibration, place).map_err(CommandError::computation)?;
     if let Some(case) = &options.case {
         write_case(case, &study, &calibration)?;
     }
@@ -71,7 +69,7 @@ fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force
             case.display()
         )));
     }
-    Ok(target::check(case, Product::Case, &study.runs.files, force)?)
+    Ok(target::check(case, Product::Case, &study.runs.head.files, force)?)
 }
 
 fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
@@ -81,7 +79,7 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
     let mut text = format!(
         "# Calibrated by stickslip {} from {}; free parameters:\n",
         env!("CARGO_PKG_VERSION"),
-        study.runs.source.label()
+        study.runs.head.source.label()
     );
     for (axis, value) in study.runs.axes.iter().zip(&calibration.parameters) {
         text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));

@@ -12,12 +12,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use stickslip_analysis::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use stickslip_analysis::analysis::bands::{Compared, columns, compared_output};
-use stickslip_analysis::analysis::certificate::{Certificate, CertifyError, Verdict};
+use stickslip_analysis::analysis::certificate::{Certificate, Verdict};
 use stickslip_analysis::analysis::stability::growth::{Onset, onsets};
 use stickslip_analysis::analysis::{Certified, Certify, CertifyReport, Deadline, SavedRun, Stage, Warning, Written};
 use stickslip_case::{Case, CaseSource, Origin};
 use stickslip_files::{ResultError, ResultFile, Status, check_target, write_certified};
-use stickslip_oracle::{self as oracle, OracleError};
+use stickslip_oracle as oracle;
 use stickslip_system::model::margin::resistance;
 use stickslip_system::record::{Channels, MemoryRecorder, State};
 
@@ -285,13 +285,7 @@ fn examine(
     }
     let certified = certify.start(record);
     bar.finish();
-    certified.map_err(|error| match error {
-        CertifyError::Run(text) => CommandError::computation(text),
-        CertifyError::Oracle(error @ (OracleError::BreakawayTest | OracleError::Digits { .. })) => {
-            CommandError::input(error)
-        }
-        error => CommandError::computation(error),
-    })
+    Ok(certified?)
 }
 
 fn without_case(mut error: CommandError) -> CommandError {

@@ -1,16 +1,15 @@
 //! `stickslip certify` for the file of a cycle.
 
 use super::arguments::{CertifyOptions, Common};
-use super::cycle::cycle_error;
 use super::input::{interrupt_flag, output_of, overwrite};
 use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::report::CycleCertificateReport;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use stickslip_analysis::cycle::{CycleError, CycleFileError, NotCertified, certify as by_oracle, from_file};
+use stickslip_analysis::cycle::{certify as by_oracle, from_file};
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::{ResultFile, check_target, schema::group, write_certified};
-use stickslip_oracle::{self as oracle, OracleError};
+use stickslip_oracle as oracle;
 
 const DIGITS: u32 = 25;
 
@@ -53,17 +52,14 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
     let found = from_file(&file, &stopped);
     drop(file);
     let (family, orbit, origin) = match found {
-        Err(CycleFileError::Cycle(CycleError::Interrupted)) => {
+        Err(error) if error.is_interrupted() => {
             return interrupted(common, " before the cycle was found; no certificate was written");
         }
-        Err(CycleFileError::Cycle(error)) => return Err(cycle_error(&error)),
-        Err(CycleFileError::File(error)) => return Err(error.into()),
-        Err(CycleFileError::Case(error)) => return Err(error.into()),
-        Ok(found) => found,
+        found => found?,
     };
     let exact = Case::exact(&origin.source, &origin.changes)?;
     let certificate = match by_oracle(&family, &orbit, &exact, digits, origin.periods_before, &*stop) {
-        Err(NotCertified::Cycle(CycleError::Interrupted) | NotCertified::Oracle(OracleError::Interrupted(_))) => {
+        Err(error) if error.is_interrupted() => {
             return interrupted(common, " while the exact solver computed; no certificate was written");
         }
         other => other.map_err(CommandError::computation)?,

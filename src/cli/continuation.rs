@@ -1,18 +1,15 @@
 //! `stickslip continue`: branches of cycles and of steady sliding.
 
 use super::arguments::{Common, ContinueOptions};
-use super::cycle::cycle_error;
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::progress::{Bar, BarKind};
 use super::sweep::resumable;
 use super::{CommandEnd, CommandError, interrupted, strictly, tell};
 use crate::report::BranchesReport;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-use stickslip_analysis::continuation::{
-    CONTINUATIONS, Continuation, ContinuationError, ContinuationStudy, ExploreError,
-};
+use stickslip_analysis::continuation::{CONTINUATIONS, Continuation, ContinuationStudy};
 use stickslip_analysis::study::StudySource;
 use stickslip_analysis::sweep::journal_path;
 
@@ -20,7 +17,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
     let source = StudySource::find(&options.study, CONTINUATIONS)?;
     let study = ContinuationStudy::parse(source, &overrides(&options.set, None)?)?;
     let path = options.output.clone();
-    let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
+    let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.head.source.name)));
     let stop = interrupt_flag()?;
     let bar = Bar::new(common, BarKind::Branches, &stop);
     let clock = Instant::now();
@@ -31,7 +28,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
         .start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
-    let report = result.map_err(|error| command_error(&error, &path))?;
+    let report = result.map_err(|error| resumable(error, &path))?;
     let explored = &report.explored;
     tell(common, &BranchesReport::new(&study, &report, wall_time))?;
     if explored.interrupted {
@@ -53,18 +50,4 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
         !common.quiet && !common.json,
         &report.file,
     )
-}
-
-fn command_error(error: &ContinuationError, path: &Path) -> CommandError {
-    match error {
-        ContinuationError::Case(error) => CommandError::input(error),
-        ContinuationError::Cycle(error)
-        | ContinuationError::Explore(ExploreError::NoStart(error) | ExploreError::Case(error)) => cycle_error(error),
-        ContinuationError::Explore(ExploreError::NotSteady) => CommandError::input(error),
-        ContinuationError::Explore(ExploreError::Journal(_)) | ContinuationError::Journal(_) => {
-            CommandError::input(error)
-        }
-        ContinuationError::File(inner) if inner.is_of_the_system() => CommandError::computation(resumable(error, path)),
-        ContinuationError::File(_) => CommandError::input(error),
-    }
 }

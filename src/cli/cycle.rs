@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 use stickslip_analysis::analysis::{Deadline, SavedRun};
 use stickslip_analysis::continuation::{Special, Stored};
-use stickslip_analysis::cycle::{CycleError, CycleSearch, Family, From, find, refine};
+use stickslip_analysis::cycle::{CycleSearch, Family, From, find, refine};
 use stickslip_case::{CaseSource, WrittenCase};
 use stickslip_files::{check_sound, is_hdf5};
 
@@ -133,7 +133,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         Ok((family, orbit, case))
     });
     let (family, orbit, case) = match found {
-        Err(CycleError::Interrupted) if !stop.load(Ordering::Relaxed) => {
+        Err(error) if error.is_interrupted() && !stop.load(Ordering::Relaxed) => {
             return Err(CommandError::computation(format!(
                 "{}: no cycle was found in the {} s of wall time that solver.max_wall_time allows; raise it, or give a period \
                  with --period",
@@ -141,8 +141,10 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
                 allowed.unwrap_or_default()
             )));
         }
-        Err(CycleError::Interrupted) => return interrupted(common, " before a cycle was found; nothing was written"),
-        other => other.map_err(|error| cycle_error(&error))?,
+        Err(error) if error.is_interrupted() => {
+            return interrupted(common, " before a cycle was found; nothing was written");
+        }
+        other => other?,
     };
     let additions = orbit.additions(&family, &given.text, &set);
     let saved = SavedRun::new(&case, &path)
@@ -168,12 +170,4 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     };
     tell(common, &report)?;
     Ok(CommandEnd::Done)
-}
-
-/// The input is wrong if the case has no cycle; otherwise the search failed.
-pub(super) fn cycle_error(error: &CycleError) -> CommandError {
-    match error {
-        CycleError::NotPeriodic(_) | CycleError::NoCase(_) => CommandError::input(error),
-        _ => CommandError::computation(error),
-    }
 }

@@ -6,6 +6,7 @@ use crate::plot::PlotError;
 use crate::plot::target::TargetError;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
+use stickslip_analysis::{Error, ErrorKind};
 use stickslip_case::{CaseError, CaseProblem};
 use stickslip_compare::CompareError;
 use stickslip_files::ResultError;
@@ -96,6 +97,17 @@ impl From<ResultError> for CommandError {
             is_input: !error.is_of_the_system(),
             text: error.to_string(),
             places: vec![place],
+        }
+    }
+}
+
+impl From<Error> for CommandError {
+    fn from(error: Error) -> Self {
+        match error.kind {
+            ErrorKind::Case(error) => error.into(),
+            ErrorKind::File(error) => error.into(),
+            ErrorKind::Input => CommandError::input(error.message),
+            _ => CommandError::computation(error.message),
         }
     }
 }

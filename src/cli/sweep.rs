@@ -7,7 +7,8 @@ use super::{CommandEnd, CommandError, captured, interrupted, strictly, tell};
 use crate::report::SweepSummary;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use stickslip_analysis::sweep::{JournalError, STUDIES, Shard, Study, StudySource, Sweep, SweepError, journal_path};
+use stickslip_analysis::sweep::{STUDIES, Shard, Study, StudySource, Sweep, journal_path};
+use stickslip_analysis::{Error, ErrorKind};
 use stickslip_case::CaseError;
 use stickslip_files::Reason;
 
@@ -53,7 +54,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
     let result = sweep.start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
-    let report = result.map_err(|error| command_error(&error, &path))?;
+    let report = result.map_err(|error| resumable(error, &path))?;
     tell(
         common,
         &SweepSummary::new(&study, options.shard, &report, jobs, wall_time),
@@ -89,7 +90,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
 }
 
 fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
-    let name = &study.source.name;
+    let name = &study.head.source.name;
     PathBuf::from(match shard {
         Some(shard) => format!("{name}.shard-{}-of-{}.h5", shard.index(), shard.count()),
         None => format!("{name}.h5"),
@@ -101,30 +102,23 @@ fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     Study::parse(source, &options.runs.overrides()?)
 }
 
-/// The message of a study's error, which names the journal if there is one.
-pub(super) fn resumable(error: &impl ToString, path: &Path) -> String {
-    let (text, journal) = (error.to_string(), journal_path(path));
-    match journal.exists() {
-        true => format!(
+/// The error of a study. If a disk or an executor failed, it names the journal, if there is one.
+pub(super) fn resumable(error: Error, path: &Path) -> CommandError {
+    let journal = journal_path(path);
+    let is_late = match &error.kind {
+        ErrorKind::Executor => true,
+        ErrorKind::File(error) => {
+            error.is_of_the_system() && !matches!(error.reason, Reason::NoReader(_) | Reason::NotCreated(_))
+        }
+        _ => false,
+    };
+    let mut error = CommandError::from(error);
+    if is_late && journal.exists() {
+        error.text = format!(
             "{}. What was computed is in {}; --resume goes on from there",
-            text.trim_end_matches('.'),
+            error.text.trim_end_matches('.'),
             journal.display()
-        ),
-        false => text,
+        );
     }
-}
-
-fn command_error(error: &SweepError, path: &Path) -> CommandError {
-    let text = error.to_string();
-    match error {
-        SweepError::Refused(_) => CommandError::input(text),
-        SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner.reason {
-            Reason::NoReader(_) | Reason::NotCreated(_) => CommandError::computation(text),
-            _ if inner.is_of_the_system() => CommandError::computation(resumable(error, path)),
-            _ => CommandError::input(text),
-        },
-        SweepError::Journal(_) => CommandError::input(text),
-        SweepError::Executor(_) => CommandError::computation(resumable(error, path)),
-        _ => CommandError::computation(text),
-    }
+    error
 }

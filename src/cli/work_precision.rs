@@ -8,11 +8,7 @@ use super::{CommandEnd, CommandError, interrupted, tell};
 use crate::plot::{PlotError, signature, target, work_precision as figure};
 use crate::report::PrecisionReport;
 use std::path::{Path, PathBuf};
-use stickslip_analysis::analysis::work_precision::{
-    PrecisionStudy, STUDIES, StudyError, StudyResult, StudySource, run,
-};
-use stickslip_analysis::provenance;
-use stickslip_files::Reservation;
+use stickslip_analysis::analysis::work_precision::{PrecisionRun, PrecisionStudy, STUDIES, StudyResult, StudySource};
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, CommandError> {
     let source = StudySource::find(&options.study, STUDIES)?;
@@ -20,26 +16,23 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     let path = options
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
+        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.head.source.name)));
     // Everything is checked before minutes of computation.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite(options.force), &study.files)?;
     let names = signature::source(std::slice::from_ref(&path));
-    let figures = figure_targets(options.figure.as_deref(), options.force, &study.files, &names)?;
-    let started = provenance::now();
+    let figures = figure_targets(options.figure.as_deref(), options.force, &study.head.files, &names)?;
     let bar = Bar::new(common, BarKind::Parts, &stop);
-    let result = run(&study, &bar);
+    let result = PrecisionRun::new(&study, &path)
+        .overwrite(overwrite(options.force))
+        .watch(&bar)
+        .start();
     bar.finish();
-    let result = result.map_err(|error| match error {
-        StudyError::Truth(_) => CommandError::input(error),
-        _ => CommandError::computation(error),
-    })?;
-    let Some(result) = result else {
-        return interrupted(common, " before there was a reference; nothing is saved");
+    let (file, result) = match result {
+        Err(error) if error.is_interrupted() => {
+            return interrupted(common, " before there was a reference; nothing is saved");
+        }
+        result => result?,
     };
-    let file = result
-        .write(&study, &started, &place)
-        .map_err(CommandError::computation)?;
     let figures = draw(&study, &result, &figures, &names)?;
     tell(common, &PrecisionReport::new(&study, &result, &file, &figures))?;
     if result.interrupted {
@@ -86,7 +79,7 @@ fn draw(
     if targets.is_empty() || result.measurements.is_empty() {
         return Ok(Vec::new());
     }
-    let figure = figure::figure(&study.title, result);
+    let figure = figure::figure(&study.head.title, result);
     targets
         .iter()
         .map(|(path, format)| plot::draw(&figure, (path, *format), source.to_owned()).map(|()| path.clone()))

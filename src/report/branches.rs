@@ -84,8 +84,8 @@ impl<'a> BranchesReport<'a> {
                 "complete"
             },
             file: report.file.display().to_string(),
-            study: study.source.label(),
-            title: &study.title,
+            study: study.head.source.label(),
+            title: &study.head.title,
             number: &study.axes[0].name,
             points: explored.points(),
             branches: explored.branches.iter().map(branch).collect(),

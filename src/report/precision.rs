@@ -16,7 +16,7 @@ pub(crate) struct PrecisionReport<'a> {
     file: String,
     figures: Vec<String>,
     title: &'a str,
-    case: &'a str,
+    case: String,
     reference: ReferenceSummary<'a>,
     runs: &'a [Measurement],
 }
@@ -35,8 +35,8 @@ impl<'a> PrecisionReport<'a> {
             status: if result.interrupted { "interrupted" } else { "complete" },
             file: file.display().to_string(),
             figures: figures.iter().map(|path| path.display().to_string()).collect(),
-            title: &study.title,
-            case: &study.case_label,
+            title: &study.head.title,
+            case: study.head.base.label(),
             reference: ReferenceSummary {
                 description: &result.reference.description,
                 events: result.reference.events.len(),

@@ -53,7 +53,7 @@ struct BoundarySummary {
 }
 
 fn label<S: Serializer>(study: &Study, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&study.source.label())
+    serializer.serialize_str(&study.head.source.label())
 }
 
 impl<'a> SweepSummary<'a> {
@@ -64,7 +64,7 @@ impl<'a> SweepSummary<'a> {
             status: if report.interrupted { "interrupted" } else { "complete" },
             file: report.file.display().to_string(),
             study,
-            title: &study.title,
+            title: &study.head.title,
             digest: study.digest(),
             points: report.points,
             run_now: report.run_now,

@@ -257,10 +257,8 @@ mod growth_rate {
                     let scale = (stiffness / inertia)
                         .sqrt()
                         .max((damping + 2.0 * kappa).abs() / inertia);
-                    assert!(
-                        (found - expected).abs() < 1e-7 * scale,
-                        "{decay} {damping} {x}: {found} {expected}"
-                    );
+                    let error = (found - expected).abs();
+                    assert!(error < 1e-7 * scale, "{decay} {damping} {x}: {found} {expected}");
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The attractor of a run without events, or without a period: against closed forms, and against integrators that
 //! share nothing with this program.
 
-use crate::common::cases::{attractor, parsed, summary};
+use crate::common::cases::{attractor, near, parsed, summary};
 use std::f64::consts::TAU;
 use stickslip::analysis::{Neighbours, Outcome, Summary};
 use stickslip::case::{Case, CaseSource, Origin};
@@ -156,10 +156,7 @@ fn analytic_the_exponent_is_that_of_the_map_of_breakaways() {
     let chaotic = forced(1.1);
     assert_eq!(chaotic.outcome, Some(Outcome::NotPeriodic));
     let exponent = chaotic.exponent.expect("long enough");
-    assert!(
-        (exponent.value - 0.0195).abs() < 3.0 * exponent.uncertainty,
-        "{exponent:?}"
-    );
+    near(exponent.value, 0.0195, 3.0 * exponent.uncertainty);
     assert!((5e-4..4e-3).contains(&exponent.uncertainty), "{exponent:?}");
     assert_eq!(exponent.neighbours(), Neighbours::Part);
     let quasi_periodic = forced(0.3).exponent.expect("long enough");

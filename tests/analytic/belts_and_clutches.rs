@@ -213,11 +213,8 @@ fn analytic_the_paper_brake_has_the_events_of_series_by_the_solvers_of_sundials(
     let sharp = |event: &&Event| !matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
     let by = |method| reported(&case_by("paper-si", method, &[]));
     let (expected, by_series) = by("series");
-    let sticks = expected
-        .events
-        .iter()
-        .filter(|event| event.kind == EventKind::Stick)
-        .count();
+    let events = expected.events.iter();
+    let sticks = events.filter(|event| event.kind == EventKind::Stick).count();
     let closed = by_series.work.iter().find(|work| work.solver == "closed-form").unwrap();
     assert_eq!((closed.segments, closed.steps), (sticks as u64, 0));
     for method in ["cvode", "arkode"] {
@@ -335,12 +332,8 @@ output = { end_time = 3.0 }
     );
     for method in ["series", "arkode"] {
         let recorder = recorded(&with(&case, method));
-        let of_contact: Vec<Event> = recorder
-            .events
-            .iter()
-            .filter(|event| event.kind != EventKind::Corner)
-            .copied()
-            .collect();
+        let events = recorder.events.iter().filter(|event| event.kind != EventKind::Corner);
+        let of_contact: Vec<Event> = events.copied().collect();
         for event in &recorder.events {
             println!("{:.16} {:?} {:?}", event.time, event.kind, event.mode_after);
         }
@@ -565,11 +558,8 @@ fn analytic_long_trains_cost_the_same_in_every_cycle() {
                 work as f64 / time
             };
             let (middle, last) = (cost(50.0, 100.0), cost(100.0, 150.0));
-            let slips = recorder
-                .events
-                .iter()
-                .filter(|event| event.kind == EventKind::Slip)
-                .count();
+            let events = recorder.events;
+            let slips = events.iter().filter(|event| event.kind == EventKind::Slip).count();
             println!(
                 "{count} by {}: {slips} slips, {middle:.1} and {last:.1} evaluations in a second",
                 method.name()
@@ -806,10 +796,8 @@ fn property_a_witness_compares_changes_of_stability() {
         witness(&case, &sequence, false, &|| false).expect("nobody stops it")
     };
     let right = said(&record.events);
-    assert_eq!(
-        (right.testimony, right.other_stability),
-        (Testimony::SameSequence, None)
-    );
+    let found = (right.testimony, right.other_stability);
+    assert_eq!(found, (Testimony::SameSequence, None));
     let lost = record
         .events
         .iter()

@@ -138,10 +138,8 @@ fn property_the_foreseen_growth_is_that_of_the_run() {
         let place = [&point.coordinates[0], &point.coordinates[1]].map(|value| value.as_number().unwrap());
         let (found, foreseen) = (outcome.value(quantity), growth(&study, place));
         unstable += usize::from(found > 0.0);
-        assert!(
-            (foreseen - found).abs() <= 2e-3 * found + 1e-6,
-            "{place:?}: {foreseen} {found}"
-        );
+        let error = (foreseen - found).abs();
+        assert!(error <= 2e-3 * found + 1e-6, "{place:?}: {foreseen} {found}");
     }
     assert!(unstable > 15, "{unstable}");
 }
@@ -186,11 +184,8 @@ boundary = { refinements = 0, width = 1e-4 }
     let study = study(text);
     let found = run(&study, &folder.path().join("n.h5")).boundaries.unwrap();
     assert_eq!(found.curves.len(), 1);
-    let folds: Vec<_> = found.curves[0]
-        .points
-        .iter()
-        .filter(|point| point.branch == CurveBranch::Fold)
-        .collect();
+    let points = found.curves[0].points.iter();
+    let folds: Vec<_> = points.filter(|point| point.branch == CurveBranch::Fold).collect();
     let [fold] = folds[..] else { panic!("{folds:?}") };
     let [decay, damping] = fold.middle();
     let meets = |decay: f64, damping: f64| {

@@ -52,14 +52,10 @@ value = "0.00024 s"
     // Only points that meet the target count, so that the interval lies within the true one. The last search along a
     // parameter ends within a thousandth of the region.
     let slack = 0.01 * (largest - least);
-    assert!(
-        interval.least >= least - 1e-12 && interval.least < least + slack,
-        "{interval:?}"
-    );
-    assert!(
-        interval.largest <= largest + 1e-12 && interval.largest > largest - slack,
-        "{interval:?}"
-    );
+    assert!(interval.least >= least - 1e-12, "{interval:?}");
+    assert!(interval.least < least + slack, "{interval:?}");
+    assert!(interval.largest <= largest + 1e-12, "{interval:?}");
+    assert!(interval.largest > largest - slack, "{interval:?}");
     // The least largest residual for one target is 0, at the measured value itself.
     assert!(calibration.worst < 0.01, "{}", calibration.worst);
     let optimum = calibration.parameters[0];

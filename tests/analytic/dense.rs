@@ -136,12 +136,8 @@ fn analytic_every_channel_is_that_of_the_run_at_every_time() {
         let mut case = paper(&["output.dense=true"]);
         case.solver.method = method;
         let run = followed(&case);
-        assert!(
-            run.pieces.len() < 20_000,
-            "{}: {} pieces",
-            method.name(),
-            run.pieces.len()
-        );
+        let got = run.pieces.len();
+        assert!(got < 20_000, "{}: {got} pieces", method.name());
         assert_eq!(run.pieces[0].0, 0.0);
         assert_eq!(run.pieces.last().unwrap().1, case.output.end_time);
         for pair in run.pieces.windows(2) {
@@ -149,10 +145,8 @@ fn analytic_every_channel_is_that_of_the_run_at_every_time() {
         }
         // No piece crosses an event.
         for event in &run.rows.events {
-            let over = run
-                .pieces
-                .iter()
-                .find(|piece| piece.0 < event.time && event.time < piece.1);
+            let mut pieces = run.pieces.iter();
+            let over = pieces.find(|piece| piece.0 < event.time && event.time < piece.1);
             assert!(over.is_none(), "{event:?}");
         }
         let mut largest = [0.0f64; COLUMNS];
@@ -222,11 +216,8 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
         let inside = times.partition_point(|t| *t < from)..times.partition_point(|t| *t <= to);
         let gaps = times[inside.clone()].windows(2).map(|pair| pair[1] - pair[0]);
         let widest = gaps.fold(0.0, f64::max);
-        assert!(
-            inside.len() as f64 > 99.0 * (to - from) / period,
-            "{event:?}: {}",
-            inside.len()
-        );
+        let found = inside.len() as f64;
+        assert!(found > 99.0 * (to - from) / period, "{event:?}: {}", inside.len());
         assert!(widest < 1.01 * period / 100.0, "{event:?}: {widest:e}");
     }
     assert!(times.len() < 100_000, "{}", times.len());
@@ -275,13 +266,8 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
         "output.samples_per_period=40",
     ]);
     let run = followed(&case);
-    let onset = run
-        .rows
-        .events
-        .iter()
-        .find(|event| event.kind == EventKind::Stick)
-        .unwrap()
-        .time;
+    let events = run.rows.events;
+    let onset = events.iter().find(|event| event.kind == EventKind::Stick).unwrap().time;
     let near = run
         .rows
         .samples
@@ -344,10 +330,8 @@ fn multiprecision_states_between_the_samples_are_the_oracles() {
         ("rotor_twist_rate", before.rotor_twist_rate),
     ] {
         let found = dense.values(name, &[stick.time], EventSide::Before).unwrap()[0];
-        assert!(
-            (found - before).abs() <= 1e-12 * before.abs().max(1e-3),
-            "{name}: {found} {before}"
-        );
+        let off = (found - before).abs();
+        assert!(off <= 1e-12 * before.abs().max(1e-3), "{name}: {found} {before}");
     }
     assert!(dense.values("no_such", &[1.0], EventSide::After).is_err());
     assert!(

@@ -39,18 +39,12 @@ fn analytic_a_timeline_has_the_corners_of_all_its_drives_once() {
     ];
     let timeline = Timeline::new(&drives.iter().collect::<Vec<_>>());
     assert_eq!(timeline.corners(), [1.0, 2.0, 3.0]);
-    assert_eq!(
-        [0.0, 0.5, 1.0, 2.5, 3.0, 9.0].map(|t| timeline.stretch(t)),
-        [0, 0, 1, 2, 3, 3]
-    );
-    assert_eq!(
-        (0..4).map(|k| timeline.fastest(k)).collect::<Vec<_>>(),
-        [0.0, TAU, TAU, 0.0]
-    );
-    assert_eq!(
-        (timeline.start(1), timeline.end(1), timeline.end(3)),
-        (1.0, 2.0, f64::INFINITY)
-    );
+    let found = [0.0, 0.5, 1.0, 2.5, 3.0, 9.0].map(|t| timeline.stretch(t));
+    assert_eq!(found, [0, 0, 1, 2, 3, 3]);
+    let found = (0..4).map(|k| timeline.fastest(k)).collect::<Vec<_>>();
+    assert_eq!(found, [0.0, TAU, TAU, 0.0]);
+    let found = (timeline.start(1), timeline.end(1), timeline.end(3));
+    assert_eq!(found, (1.0, 2.0, f64::INFINITY));
     // Beyond the end of its stretch a ramp continues.
     assert_eq!((timeline.value(0, 0, 1.5), timeline.value(0, 1, 1.5)), (3.0, 2.0));
     assert_eq!((timeline.slope(1, 0, 0.5), timeline.slope(1, 2, 2.0)), (2.0, TAU));
@@ -129,14 +123,12 @@ fn analytic_a_number_goes_by_the_path_of_its_key() {
         "signals.1.value.0",
         "signals.1.value.1",
     ];
-    assert_eq!(
-        paths,
-        others
-            .iter()
-            .map(|&path| path.to_owned())
-            .chain(wave)
-            .collect::<Vec<_>>()
-    );
+    let expected = others
+        .iter()
+        .map(|&path| path.to_owned())
+        .chain(wave)
+        .collect::<Vec<_>>();
+    assert_eq!(paths, expected);
     Drive::Value(1.0)
         .try_map(|path, _| {
             assert_eq!(path, "");

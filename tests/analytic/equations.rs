@@ -250,10 +250,8 @@ mod margin {
             let least = zeros.map(|k| 2.0 * at(k)[0]).fold(f64::INFINITY, f64::min);
             for [one, other] in [surfaces, [surfaces[1], surfaces[0]]] {
                 let found = of_both(&surface(one), &surface(other)).expect("a swing");
-                assert!(
-                    (found - least).abs() < 1e-3 * least,
-                    "{surfaces:?}: {found} and {least}"
-                );
+                let error = (found - least).abs();
+                assert!(error < 1e-3 * least, "{surfaces:?}: {found} and {least}");
             }
         }
     }

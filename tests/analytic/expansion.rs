@@ -599,10 +599,8 @@ fn holds(enclosures: &[(String, Interval)], doubles: &[(String, f64)], errors: &
         assert!(enclosure.holds(*double), "{said}, {name}: {double:e} in {enclosure:?}");
         // If all values are zero, the outward roundings of zero remain.
         let bound = 8.0 * error.error + 1e-300;
-        assert!(
-            enclosure.width() <= bound,
-            "{said}, {name}: {enclosure:?} is wider than {bound:e}"
-        );
+        let found = enclosure.width();
+        assert!(found <= bound, "{said}, {name}: {enclosure:?} is wider than {bound:e}");
     }
 }
 
@@ -645,18 +643,12 @@ fn analytic_enclosures_of_parameters_hold_what_is_inside() {
         };
         let vague = |value: &mut Uncertain| value.error = (0.5 * WIDTH + 8.0 * f64::EPSILON) * value.value.abs();
         for side in [&mut enclosing.rotor, &mut enclosing.stator] {
-            side.inertia
-                .iter_mut()
-                .chain(&mut side.stiffness)
-                .chain(&mut side.damping)
-                .for_each(wide);
+            let inertia = side.inertia.iter_mut().chain(&mut side.stiffness);
+            inertia.chain(&mut side.damping).for_each(wide);
         }
         for side in [&mut uncertain.rotor, &mut uncertain.stator] {
-            side.inertia
-                .iter_mut()
-                .chain(&mut side.stiffness)
-                .chain(&mut side.damping)
-                .for_each(vague);
+            let inertia = side.inertia.iter_mut().chain(&mut side.stiffness);
+            inertia.chain(&mut side.damping).for_each(vague);
         }
         wide(&mut enclosing.radius);
         vague(&mut uncertain.radius);
@@ -671,11 +663,8 @@ fn analytic_enclosures_of_parameters_hold_what_is_inside() {
                 *value *= 1.0 + WIDTH * (f64::from(place) / 7.0 - 0.5);
             };
             for side in [&mut moved.rotor, &mut moved.stator] {
-                side.inertia
-                    .iter_mut()
-                    .chain(&mut side.stiffness)
-                    .chain(&mut side.damping)
-                    .for_each(&mut move_);
+                let inertia = side.inertia.iter_mut().chain(&mut side.stiffness);
+                inertia.chain(&mut side.damping).for_each(&mut move_);
             }
             move_(&mut moved.radius);
             let doubles = motion.coefficients(&moved, &motion.y);

@@ -184,11 +184,8 @@ mod radau_tableau {
         let t = RadauTableau::<S>::new();
         for i in 0..S {
             for j in 0..S {
-                let pairs: f64 = t
-                    .complex
-                    .iter()
-                    .map(|l| 2.0 * (l.right[i] * l.left[j] / l.inverse).re)
-                    .sum();
+                let complex = t.complex.iter();
+                let pairs: f64 = complex.map(|l| 2.0 * (l.right[i] * l.left[j] / l.inverse).re).sum();
                 let sum = t.real.right[i] * t.real.left[j] / t.real.inverse + pairs;
                 // The eigenvectors' condition number is some 1e3.
                 assert!((sum - t.a[(i, j)]).abs() < 1e-12, "{sum} {}", t.a[(i, j)]);
@@ -394,10 +391,8 @@ mod eigenvalues {
             let found = eigenvalues(&cycle);
             for k in 0..rows {
                 let expected = Complex::from_polar(1.0, TAU * k as f64 / rows as f64);
-                let nearest = found
-                    .iter()
-                    .map(|l| (l - expected).norm())
-                    .fold(f64::INFINITY, f64::min);
+                let values = found.iter().map(|l| (l - expected).norm());
+                let nearest = values.fold(f64::INFINITY, f64::min);
                 assert!(nearest < 1e-13, "{rows} rows, {expected}: {nearest:e}");
             }
         }

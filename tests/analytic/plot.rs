@@ -156,10 +156,8 @@ mod font {
         let halves = ["Stator surface before the first stick:", "diverges, ×1.505 per turn"];
         assert_eq!(wrapped_title(title, 1.0, 0.95 * width), halves);
         assert_eq!(wrapped_title(title, 1.0, 1.01 * width), [title]);
-        assert_eq!(
-            wrapped_title("no colon here", 1.0, text_width("no colon", 1.0)),
-            ["no colon", "here"]
-        );
+        let found = wrapped_title("no colon here", 1.0, text_width("no colon", 1.0));
+        assert_eq!(found, ["no colon", "here"]);
     }
 
     #[test]
@@ -329,16 +327,12 @@ mod typeset {
         let own = |list: &[(Level, &str)]| -> Vec<(Level, String)> {
             list.iter().map(|(level, text)| (*level, (*text).to_owned())).collect()
         };
-        assert_eq!(
-            set("torque T_f, c_t"),
-            own(&[(Line, "torque T"), (Index, "f"), (Line, ", c"), (Index, "t")])
-        );
+        let expected = own(&[(Line, "torque T"), (Index, "f"), (Line, ", c"), (Index, "t")]);
+        assert_eq!(set("torque T_f, c_t"), expected);
         assert_eq!(set("10^−5 m"), own(&[(Line, "10"), (Exponent, "−5"), (Line, " m")]));
         assert_eq!(set("10⁻¹²"), own(&[(Line, "10"), (Exponent, "−12")]));
-        assert_eq!(
-            set("|ωᵣ| φ₁′"),
-            own(&[(Line, "|ω"), (Index, "r"), (Line, "| φ"), (Index, "1"), (Line, "′")])
-        );
+        let expected = own(&[(Line, "|ω"), (Index, "r"), (Line, "| φ"), (Index, "1"), (Line, "′")]);
+        assert_eq!(set("|ωᵣ| φ₁′"), expected);
     }
 
     /// Names chosen by the user are no symbols.
@@ -353,10 +347,8 @@ mod typeset {
 
     #[test]
     fn analytic_spans_return_to_the_line() {
-        assert_eq!(
-            spans("T_f < 1 (N)", 100.0),
-            "T<tspan dy=\"20.0\" font-size=\"72.0\">f</tspan><tspan dy=\"-20.0\"> &lt; 1 (N)</tspan>"
-        );
+        let expected = "T<tspan dy=\"20.0\" font-size=\"72.0\">f</tspan><tspan dy=\"-20.0\"> &lt; 1 (N)</tspan>";
+        assert_eq!(spans("T_f < 1 (N)", 100.0), expected);
     }
 }
 

@@ -11,14 +11,12 @@ mod digest {
         let (s, cycles) = CycleStatistics::of_events([kick, stick(1.0), slip(1.25), stick(2.0), slip(2.5), stick(4.0)]);
         assert_eq!((s.stick_count, s.slip_count, cycles.len()), (3, 2, 2));
         assert_eq!((s.onset_time, s.final_stick_time), (Some(1.0), Some(4.0)));
-        assert_eq!(
-            cycles[1],
-            Cycle {
-                stick_duration: 0.5,
-                slip_duration: 1.5,
-                period: 2.0
-            }
-        );
+        let expected = Cycle {
+            stick_duration: 0.5,
+            slip_duration: 1.5,
+            period: 2.0,
+        };
+        assert_eq!(cycles[1], expected);
         assert_eq!((s.first_period(), s.last_period()), (Some(1.0), Some(2.0)));
     }
 

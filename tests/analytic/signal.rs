@@ -17,10 +17,8 @@ fn analytic_a_ramp_rises_and_holds() {
         (4.0, 8.0, 0.0, 16.0),
         (6.0, 8.0, 0.0, 32.0),
     ] {
-        assert_eq!(
-            (pieces.value(time), pieces.slope(time), pieces.integral(time)),
-            (value, slope, integral)
-        );
+        let found = (pieces.value(time), pieces.slope(time), pieces.integral(time));
+        assert_eq!(found, (value, slope, integral));
     }
     assert_eq!((pieces.next_corner(0.0), pieces.next_corner(4.0)), (Some(4.0), None));
     assert_eq!((pieces.shortest_change(), pieces.largest()), (4.0, 8.0));
@@ -34,10 +32,8 @@ fn analytic_a_ramp_without_rise_is_a_step() {
         rise_time: 0.0,
     })
     .pieces();
-    assert_eq!(
-        (pieces.value(0.0), pieces.slope(0.0), pieces.integral(3.0)),
-        (-8.0, 0.0, -24.0)
-    );
+    let found = (pieces.value(0.0), pieces.slope(0.0), pieces.integral(3.0));
+    assert_eq!(found, (-8.0, 0.0, -24.0));
     assert_eq!((pieces.corners().count(), pieces.largest()), (0, 8.0));
     assert_eq!(pieces.shortest_change(), f64::INFINITY);
     assert!(!pieces.starts_positive());
@@ -86,10 +82,8 @@ fn analytic_two_points_of_one_time_are_a_step() {
         (3.0, -9.0, 0.0, 12.0),
         (4.0, -9.0, 0.0, 3.0),
     ] {
-        assert_eq!(
-            (pieces.value(time), pieces.slope(time), pieces.integral(time)),
-            (value, slope, integral)
-        );
+        let found = (pieces.value(time), pieces.slope(time), pieces.integral(time));
+        assert_eq!(found, (value, slope, integral));
     }
     assert_eq!(pieces.corners().collect::<Vec<_>>(), [1.0, 3.0]);
     assert_eq!((pieces.largest(), pieces.shortest_change()), (9.0, 2.0));

@@ -1,7 +1,7 @@
 //! The modes of two trains, their steady sliding, and its loss of stability, against closed forms and against
 //! eigenvalues of equations in absolute coordinates that are set up here.
 
-use crate::common::cases::parsed;
+use crate::common::cases::{near, parsed};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -28,10 +28,7 @@ fn modes(name: &str, overrides: &[&str]) -> Modes {
 
 #[track_caller]
 fn assert_close(value: f64, expected: f64, relative: f64) {
-    assert!(
-        (value - expected).abs() <= relative * expected.abs(),
-        "{value:?} is not {expected:?}"
-    );
+    near(value, expected, relative * expected.abs());
 }
 
 #[track_caller]
@@ -456,10 +453,8 @@ fn analytic_stick_joins_the_surfaces() {
 fn analytic_coulomb_friction_is_neutral() {
     let belt = modes("belt-coulomb", &[]);
     assert_eq!(belt.operating_points[0].stability, SlidingVerdict::Neutral);
-    assert_eq!(
-        belt.critical_relative_velocities.throughout,
-        Some(SlidingVerdict::Neutral)
-    );
+    let expected = Some(SlidingVerdict::Neutral);
+    assert_eq!(belt.critical_relative_velocities.throughout, expected);
     let clutch = modes("clutch", &[]);
     assert_eq!(clutch.operating_points.len(), 1);
     assert!(!clutch.operating_points[0].steady);

@@ -18,7 +18,7 @@ mod region {
 }
 
 mod contour {
-    use stickslip::sweep::contour::contours;
+    use stickslip::sweep::lattice::contours;
 
     /// A bilinear function is reproduced on the edges: on every contour x + 2 y equals the level.
     #[test]
@@ -95,15 +95,10 @@ mod lattice {
         let (lattice, lines) = traced([9, 9], 2, |[x, y]| (0.3..0.7).contains(&(x + 0.1 * y)));
         assert_eq!(lines.len(), 2);
         for line in lines {
-            let rows: Vec<u32> = line
-                .iter()
-                .filter(|edge| edge.along_x)
-                .map(|edge| edge.node.1)
-                .collect();
-            assert_eq!(
-                (rows.iter().min(), rows.iter().max()),
-                (Some(&0), Some(&lattice.size[1]))
-            );
+            let kept = line.iter().filter(|edge| edge.along_x);
+            let rows: Vec<u32> = kept.map(|edge| edge.node.1).collect();
+            let found = (rows.iter().min(), rows.iter().max());
+            assert_eq!(found, (Some(&0), Some(&lattice.size[1])));
         }
     }
 }

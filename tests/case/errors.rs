@@ -312,23 +312,17 @@ fn the_points_of_a_friction_table_make_a_curve() {
             "law = \"table\"\nbreakaway = 0.6\nspeed = {speed}\ncoefficient = {coefficient}"
         ))
     };
-    assert_eq!(
-        table("[0, 2, 1]", "[0.6, 0.4, 0.3]"),
-        "brake.toml:26: friction.speed.2: speeds must increase: 1.0 rad/s follows 2.0 rad/s"
-    );
+    let expected = "brake.toml:26: friction.speed.2: speeds must increase: 1.0 rad/s follows 2.0 rad/s";
+    assert_eq!(table("[0, 2, 1]", "[0.6, 0.4, 0.3]"), expected);
     assert_eq!(
         table("[0.1, 2]", "[0.6, 0.4, 0.3]"),
         "brake.toml:26: friction.speed.0: the first point must be at standstill: write 0 in place of 0.1 rad/s, or add such a point\n\
          brake.toml:27: friction.coefficient: must be as long as friction.speed: 3 coefficients for 2 speeds"
     );
-    assert_eq!(
-        table("[0, \"20 rpm\"]", "[0.6, -0.4]"),
-        "brake.toml:27: friction.coefficient.1: must not be negative, but is -0.4"
-    );
-    assert_eq!(
-        table("[0]", "[0.6]"),
-        "brake.toml:26: friction.speed: must hold at least two speeds, the first of them 0"
-    );
+    let expected = "brake.toml:27: friction.coefficient.1: must not be negative, but is -0.4";
+    assert_eq!(table("[0, \"20 rpm\"]", "[0.6, -0.4]"), expected);
+    let expected = "brake.toml:26: friction.speed: must hold at least two speeds, the first of them 0";
+    assert_eq!(table("[0]", "[0.6]"), expected);
 }
 
 #[test]

@@ -174,10 +174,8 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
     let trains = &case.system;
     assert_eq!(trains.rotor.inertia, [0.1, 2.0]);
     assert_eq!(trains.rotor.viscous, [0.0, 0.0]);
-    assert_eq!(
-        (&trains.stator.inertia, &trains.stator.damping),
-        (&vec![0.2], &vec![0.0])
-    );
+    let found = (&trains.stator.inertia, &trains.stator.damping);
+    assert_eq!(found, (&vec![0.2], &vec![0.0]));
     assert_eq!(trains.stator.end, End::Fixed);
     let End::Driven(Drive::Linear(Signal::Ramp(ramp))) = &trains.rotor.end else {
         panic!("{:?}", trains.rotor.end)
@@ -187,24 +185,18 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
     let Drive::Wave(wave) = &torque.signal else {
         panic!("{:?}", torque.signal)
     };
-    assert_eq!(
-        (torque.on, wave.shape, wave.amplitude, wave.mean),
-        (0, HarmonicShape::Sine, 3.0, 0.0)
-    );
-    assert_eq!(
-        (wave.frequency, wave.from, wave.to),
-        (Frequency::Cycles(5.0), Some(1.0), Some(4.0))
-    );
+    let found = (torque.on, wave.shape, wave.amplitude, wave.mean);
+    assert_eq!(found, (0, HarmonicShape::Sine, 3.0, 0.0));
+    let found = (wave.frequency, wave.from, wave.to);
+    assert_eq!(found, (Frequency::Cycles(5.0), Some(1.0), Some(4.0)));
     assert!(matches!(&trains.pressing, Pressing::Force(Drive::Sum(terms)) if terms.len() == 2));
     assert_eq!(trains.contact, ContactLaw::StickSlip);
     assert_eq!(case.threshold, 0.0);
     assert_eq!(trains.initial.rotor_twist, [0.01, 0.0]);
     // The ramp starts from rest.
     assert_eq!(trains.initial.rotor_speed, [0.0, 0.0]);
-    assert_eq!(
-        (trains.kicks[0].on, trains.kicks[0].time),
-        (KickSide::Rotor, KickTime::At(1.5))
-    );
+    let found = (trains.kicks[0].on, trains.kicks[0].time);
+    assert_eq!(found, (KickSide::Rotor, KickTime::At(1.5)));
     assert_eq!(case.output.interval, 0.01);
 }
 
@@ -215,24 +207,18 @@ fn case_trains_without_stick_have_a_threshold_and_need_no_breakaway() {
     let ContactLaw::Regularised(regularisation) = &case.system.contact else {
         panic!("{:?}", case.system.contact)
     };
-    assert_eq!(
-        (regularisation.function, regularisation.speed),
-        (Smoothing::Arctan, 1e-3)
-    );
-    assert_eq!(
-        (case.threshold, case.system.breakaway, case.system.radius),
-        (0.01, 1.0, 1.0)
-    );
+    let found = (regularisation.function, regularisation.speed);
+    assert_eq!(found, (Smoothing::Arctan, 1e-3));
+    let found = (case.threshold, case.system.breakaway, case.system.radius);
+    assert_eq!(found, (0.01, 1.0, 1.0));
     assert_eq!(case.system.rotor.end, End::Driven(Drive::Value(0.2)));
 
     let case = parse(BRISTLES);
     let ContactLaw::Bristles(bristles) = &case.system.contact else {
         panic!("{:?}", case.system.contact)
     };
-    assert_eq!(
-        (bristles.stiffness, bristles.damping, bristles.viscous),
-        (1e4, 30.0, 0.04)
-    );
+    let found = (bristles.stiffness, bristles.damping, bristles.viscous);
+    assert_eq!(found, (1e4, 30.0, 0.04));
     // g is Stribeck's law without the viscous part, which is the bristles' sigma_2.
     assert!(matches!(case.system.law, FrictionLaw::Stribeck(_)));
     assert_eq!(case.system.law.number("viscous"), Some(0.0));
@@ -253,20 +239,16 @@ fn case_trains_say_the_numbers_of_the_brake() {
     let paper = Parameters::of(&paper.system).unwrap();
     let case = parse(BRAKE);
     let trains = &case.system;
-    assert_eq!(
-        trains.rotor.inertia,
-        [paper.torsion.surface_inertia, paper.torsion.rotor_inertia]
-    );
+    let expected = [paper.torsion.surface_inertia, paper.torsion.rotor_inertia];
+    assert_eq!(trains.rotor.inertia, expected);
     assert_eq!(trains.stator.stiffness, [paper.torsion.stiffness]);
     assert_eq!(trains.initial.rotor_speed, [100.0, 100.0]);
     assert_eq!(trains.radius, paper.contact.radius);
     let Pressing::Axial { axial, actuation } = &trains.pressing else {
         panic!("{:?}", trains.pressing)
     };
-    assert_eq!(
-        (axial.mass, axial.ringing_floor, actuation),
-        (paper.axial.mass, paper.axial.ringing_floor, &paper.actuation)
-    );
+    let found = (axial.mass, axial.ringing_floor, actuation);
+    assert_eq!(found, (paper.axial.mass, paper.axial.ringing_floor, &paper.actuation));
     let exact = Case::exact(&source(BRAKE), &[]).unwrap().system;
     let brake = Case::exact(&CaseSource::built_in("paper").unwrap(), &[])
         .unwrap()
@@ -288,15 +270,12 @@ fn case_trains_read_back_from_their_resolved_text() {
         let case = parse(text);
         let resolved = case.resolved();
         let again = Case::read(&source(&resolved), &[]).unwrap_or_else(|error| panic!("{error}\n{resolved}"));
-        assert_eq!(
-            again,
-            {
-                let mut case = case.clone();
-                case.title.clone_from(&again.title);
-                case
-            },
-            "{resolved}"
-        );
+        let expected = {
+            let mut case = case.clone();
+            case.title.clone_from(&again.title);
+            case
+        };
+        assert_eq!(again, expected, "{resolved}");
         assert_eq!(again.resolved(), resolved);
     }
 }
@@ -314,18 +293,13 @@ fn case_trains_exact_numbers_round_to_the_doubles() {
             assert_eq!(all(&exact.damping), train.damping);
             assert_eq!(all(&exact.viscous), train.viscous);
         }
-        let drives = exact
-            .drives()
-            .into_iter()
-            .map(|drive| drive.map(round))
-            .collect::<Vec<_>>();
+        let drives = exact.drives().into_iter().map(|drive| drive.map(round));
+        let drives = drives.collect::<Vec<_>>();
         assert_eq!(drives.iter().collect::<Vec<_>>(), case.drives());
         assert_eq!(all(&exact.initial.rotor_speed), case.initial.rotor_speed);
         assert_eq!(all(&exact.initial.rotor_twist), case.initial.rotor_twist);
-        assert_eq!(
-            (round(&exact.radius), round(&exact.breakaway)),
-            (case.radius, case.breakaway)
-        );
+        let found = (round(&exact.radius), round(&exact.breakaway));
+        assert_eq!(found, (case.radius, case.breakaway));
         for (key, value) in &exact.law.numbers {
             assert_eq!(case.law.number(key), Some(nearest_double(value)), "{key}");
         }
@@ -448,10 +422,8 @@ fn case_trains_take_overrides_and_numbers_by_path() {
         &[change("rotor.inertia.1=3"), change("stator.viscous=0.5")],
     )
     .unwrap();
-    assert_eq!(
-        (case.system.rotor.inertia[1], &case.system.stator.viscous),
-        (3.0, &vec![0.5])
-    );
+    let found = (case.system.rotor.inertia[1], &case.system.stator.viscous);
+    assert_eq!(found, (3.0, &vec![0.5]));
     assert_eq!(case.number("rotor.inertia.1").unwrap(), 3.0);
     assert_eq!(case.number("contact.normal_force.signals.1.value.1").unwrap(), 50.0);
     let written = WrittenCase::of(&case);
@@ -478,10 +450,8 @@ fn case_trains_have_words_of_their_own() {
         Case::read(source, &change).unwrap_err().to_string()
     };
     let general = "is a key of a case of trains, [rotor] and [stator], but the case is of the short form, [torsion]";
-    assert_eq!(
-        refused(&paper, "rotor.end=fixed"),
-        format!("--set rotor.end: {general}")
-    );
+    let found = refused(&paper, "rotor.end=fixed");
+    assert_eq!(found, format!("--set rotor.end: {general}"));
     for [change, own] in rows(
         "
         rotor.damping.0=3    | torsion.damping
@@ -533,10 +503,8 @@ fn case_trains_built_in_are_valid() {
     assert!((wave.phase.cos() / -3.0 - case.initial.stator_twist[0]).abs() < 1e-16);
     let leine = CaseSource::built_in("belt-leine").unwrap();
     let case = Case::read(&leine, &[Override::parse("initial.stator_twist=1").unwrap()]).unwrap();
-    assert_eq!(
-        (&case.system.initial.stator_twist[..], case.system.law.coefficient(1.0)),
-        (&[1.0][..], 0.25)
-    );
+    let found = (&case.system.initial.stator_twist[..], case.system.law.coefficient(1.0));
+    assert_eq!(found, (&[1.0][..], 0.25));
 }
 
 proptest! {
@@ -590,11 +558,8 @@ fn case_trains_keys_are_in_the_docs() {
             format!(", {name} = "),
         ];
         assert!(ways.iter().any(|way| docs.contains(way)), "{}", key.path);
-        assert!(
-            !key.description.is_empty() && key.presence != schema::Presence::Default(""),
-            "{}",
-            key.path
-        );
+        assert!(!key.description.is_empty(), "{}", key.path);
+        assert!(key.presence != schema::Presence::Default(""), "{}", key.path);
         assert!(schema::keys().all(|other| other.path != key.path), "{}", key.path);
     }
     for profile in ["ramp", "table", "sine", "cosine", "sum"] {
@@ -780,10 +745,8 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
     let turning = with("groan", &["initial.rotor_speed.0=0.05"]).unwrap();
     assert_eq!(turning.system.initial.rotor_speed, [0.05, 0.1]);
     let belt = with("belt-leine", &["stator.inertia.0=2 kg", "stator.damping.0=0.1"]).unwrap();
-    assert_eq!(
-        (&belt.system.stator.inertia, &belt.system.stator.damping),
-        (&vec![2.0], &vec![0.1])
-    );
+    let found = (&belt.system.stator.inertia, &belt.system.stator.damping);
+    assert_eq!(found, (&vec![2.0], &vec![0.1]));
     assert_eq!(Case::read(&source(&belt.resolved()), &[]).unwrap(), belt);
     for [change, words] in rows(
         "

@@ -39,10 +39,8 @@ fn a_number_is_si_and_text_is_a_quantity_with_or_without_quotes() {
 
 #[test]
 fn the_last_of_two_overrides_holds() {
-    assert_eq!(
-        paper(&["axial.mass=1", "axial.mass=2"]).number("axial.mass").unwrap(),
-        2.0
-    );
+    let found = paper(&["axial.mass=1", "axial.mass=2"]).number("axial.mass").unwrap();
+    assert_eq!(found, 2.0);
 }
 
 #[test]
@@ -58,10 +56,8 @@ fn keys_and_tables_absent_from_the_file_can_be_set() {
     assert_eq!((case.solver.rtol, case.solver.max_step), (1e-8, Some(1e-6)));
     assert!(case.output.steps);
     assert_eq!(case.title, "Mine");
-    assert_eq!(
-        paper(&["contact.breakaway_test=rotor"]).system.breakaway_test,
-        BreakawayTest::Rotor
-    );
+    let found = paper(&["contact.breakaway_test=rotor"]).system.breakaway_test;
+    assert_eq!(found, BreakawayTest::Rotor);
 }
 
 #[test]
@@ -104,13 +100,11 @@ fn elements_of_arrays_are_set_added_and_removed() {
 #[test]
 fn whole_tables_are_replaced() {
     let step = paper(&["actuation={profile=\"ramp\", force=\"1 kN\", rise_time=0}"]);
-    assert_eq!(
-        Parameters::of(&step.system).unwrap().actuation,
-        Signal::Ramp(Ramp {
-            value: 1000.0,
-            rise_time: 0.0
-        })
-    );
+    let expected = Signal::Ramp(Ramp {
+        value: 1000.0,
+        rise_time: 0.0,
+    });
+    assert_eq!(Parameters::of(&step.system).unwrap().actuation, expected);
     let table = paper(&["actuation={profile=\"table\", time=[0, 1], force=[0, \"500 lbf\"]}"]);
     assert!(matches!(
         Parameters::of(&table.system).unwrap().actuation,
@@ -205,10 +199,8 @@ fn moving_numbers_equals_overriding_them() {
         ("perturbation.0.time", 6.95),
         ("solver.max_step", 1e-5),
     ]);
-    assert_eq!(
-        moved.unwrap(),
-        paper(&["friction.decay=4", "perturbation.0.time=6.95", "solver.max_step=1e-5"])
-    );
+    let expected = paper(&["friction.decay=4", "perturbation.0.time=6.95", "solver.max_step=1e-5"]);
+    assert_eq!(moved.unwrap(), expected);
     let number = [Override::number("friction.decay", 4.0)];
     let overridden = Case::read(&CaseSource::built_in("paper").unwrap(), &number).unwrap();
     assert_eq!(overridden.system.law.as_exponential().unwrap().decay, 4.0);

@@ -302,11 +302,8 @@ impl Trial {
             .unwrap();
         self.cell("figures", figures["files"].as_array().unwrap().len().to_string());
         let page = self.document(&["plot", "series.h5", "--html", "page.html"]).unwrap();
-        assert!(
-            page["page"]["samples_kept"].as_u64().unwrap() > 0,
-            "{}",
-            self.subject.case
-        );
+        let found = page["page"]["samples_kept"].as_u64().unwrap();
+        assert!(found > 0, "{}", self.subject.case);
         self.cell("page", "yes");
         let table = self.document(&["export", "series.h5", "-o", "rows.csv"]).unwrap();
         self.cell(
@@ -467,10 +464,8 @@ fn property_every_built_in_case_is_in_the_tables() {
     let list = folder.stickslip("case --list").output().unwrap();
     let list = String::from_utf8(list.stdout).unwrap();
     let runs = list.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
-    let mut names: Vec<String> = runs
-        .filter(|words| words.get(1) == Some(&"run"))
-        .map(|words| words[0].to_owned())
-        .collect();
+    let kept = runs.filter(|words| words.get(1) == Some(&"run"));
+    let mut names: Vec<String> = kept.map(|words| words[0].to_owned()).collect();
     let mut known: Vec<String> = SUBJECTS.iter().map(|subject| subject.case.to_owned()).collect();
     names.sort();
     known.sort();

@@ -41,11 +41,8 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     assert_eq!(document["verdict"], "converged");
     let events = document["events"].as_array().unwrap();
     let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
-    let stored = file
-        .dataset("events/time_uncertainty")
-        .unwrap()
-        .read_raw::<f64>()
-        .unwrap();
+    let dataset = file.dataset("events/time_uncertainty").unwrap();
+    let stored = dataset.read_raw::<f64>().unwrap();
     assert_eq!(stored.len(), events.len());
     for (stored, event) in stored.iter().zip(events) {
         assert!(same(*stored, &event["uncertainty"]), "{event}: {stored:e}");
@@ -66,10 +63,8 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     let mut largest = [0.0_f64; 2];
     for (index, stretch) in stretches.iter().enumerate() {
         if stretch["converged"] == false {
-            assert!(
-                band[index].is_nan() && stretch["bands"]["phi2_dot"].is_null(),
-                "{stretch}"
-            );
+            assert!(band[index].is_nan(), "{stretch}");
+            assert!(stretch["bands"]["phi2_dot"].is_null(), "{stretch}");
             continue;
         }
         assert!(same(band[index], &stretch["bands"]["phi2_dot"]), "{stretch}");
@@ -79,10 +74,8 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     }
     let channels = document["channels"].as_array().unwrap();
     let speed = channels.iter().find(|c| c["name"] == "phi2_dot").unwrap();
-    assert!(
-        same(largest[0], &speed["band"]) && same(largest[1], &speed["at_fixed_time"]),
-        "{speed}"
-    );
+    assert!(same(largest[0], &speed["band"]), "{speed}");
+    assert!(same(largest[1], &speed["at_fixed_time"]), "{speed}");
     let force = document["sensitivity"].as_array().unwrap().iter();
     let force = force.clone().find(|p| p["parameter"] == "actuation.force").unwrap();
     // The value comes from --set, as a plain number.
@@ -330,10 +323,8 @@ fn cli_certify_reruns_half_a_last_digit() {
     for side in ["minus", "plus"] {
         let (shift, outcome) = (numbers(&format!("shift_{side}")), codes(&format!("outcome_{side}")));
         let sticks = sticks(&format!("sticks_{side}"));
-        assert_eq!(
-            (shift.len(), outcome.len(), sticks.len()),
-            (parameters.len(), parameters.len(), parameters.len())
-        );
+        let found = (shift.len(), outcome.len(), sticks.len());
+        assert_eq!(found, (parameters.len(), parameters.len(), parameters.len()));
         for (index, parameter) in parameters.iter().enumerate() {
             let rerun = &parameter["final_stick"][side];
             match rerun["shift"].as_f64() {
@@ -387,17 +378,11 @@ fn cli_certify_without_a_final_stick_has_no_reruns() {
         "{stderr}"
     );
     let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
-    let shift = file
-        .dataset("sensitivity/shift_plus")
-        .unwrap()
-        .read_raw::<f64>()
-        .unwrap();
+    let dataset = file.dataset("sensitivity/shift_plus").unwrap();
+    let shift = dataset.read_raw::<f64>().unwrap();
     assert!(!shift.is_empty() && shift.iter().all(|x| x.is_nan()));
-    let outcome = file
-        .dataset("sensitivity/outcome_plus")
-        .unwrap()
-        .read_raw::<i8>()
-        .unwrap();
+    let dataset = file.dataset("sensitivity/outcome_plus").unwrap();
+    let outcome = dataset.read_raw::<i8>().unwrap();
     assert!(outcome.iter().all(|code| *code == -1));
 }
 

@@ -162,22 +162,14 @@ fn cli_what_was_changed_is_named() {
     let short = |file: &hdf5::File| file.dataset("trajectory/phi1").unwrap().resize([3]).unwrap();
     only(change(&short), "/trajectory/phi1", "3 rows");
     let count = |file: &hdf5::File| {
-        file.group("stick_slip")
-            .unwrap()
-            .attr("stick_count")
-            .unwrap()
-            .write_scalar(&17_i64)
-            .unwrap();
+        let group = file.group("stick_slip").unwrap();
+        group.attr("stick_count").unwrap().write_scalar(&17_i64).unwrap();
     };
     only(change(&count), "/stick_slip", "/events has 0");
     let unit = |file: &hdf5::File| {
         let unit: hdf5::types::VarLenUnicode = "rpm".parse().unwrap();
-        file.dataset("trajectory/theta_dot")
-            .unwrap()
-            .attr("units")
-            .unwrap()
-            .write_scalar(&unit)
-            .unwrap();
+        let dataset = file.dataset("trajectory/theta_dot").unwrap();
+        dataset.attr("units").unwrap().write_scalar(&unit).unwrap();
     };
     only(change(&unit), "/trajectory/theta_dot", "units is \"rpm\"");
 }
@@ -270,12 +262,8 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     let folder = Folder::new();
     folder.ok_short("-q -o run.h5");
     let sound = folder.read("run.h5");
-    let chunk = unlocked::open(folder.path("run.h5"))
-        .unwrap()
-        .dataset("trajectory/theta")
-        .unwrap()
-        .chunk_info(0)
-        .unwrap();
+    let file = unlocked::open(folder.path("run.h5")).unwrap();
+    let chunk = file.dataset("trajectory/theta").unwrap().chunk_info(0).unwrap();
     let text = b"rotor_inertia";
     let text = (0..sound.len()).find(|&at| sound[at..].starts_with(text)).unwrap();
     for at in (chunk.addr as usize..(chunk.addr + chunk.size) as usize)

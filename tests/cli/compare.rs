@@ -24,12 +24,8 @@ fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
 }
 
 fn agrees(c: &serde_json::Value) {
-    assert_eq!(
-        (&c["missing"], &c["spurious"]),
-        (&0.into(), &0.into()),
-        "{}",
-        c["verdict"]
-    );
+    let found = (&c["missing"], &c["spurious"]);
+    assert_eq!(found, (&0.into(), &0.into()), "{}", c["verdict"]);
     assert_eq!(c["event_errors"]["matched"], 95, "{}", c["verdict"]);
 }
 
@@ -82,15 +78,11 @@ fn cli_every_format_is_read() {
     folder.write("events.csv", events_csv(&word_of(paper())));
     let c = compared(&folder, &["events.csv"]);
     agrees(&c);
-    assert_eq!(
-        (c["format"].as_str(), c["event_errors"]["max"].as_f64()),
-        (Some("events table"), Some(0.0))
-    );
+    let found = (c["format"].as_str(), c["event_errors"]["max"].as_f64());
+    assert_eq!(found, (Some("events table"), Some(0.0)));
     let c = compared(&folder, &["series.csv", "--events", "events.csv"]);
-    assert_eq!(
-        (&c["detection"], c["event_errors"]["max"].as_f64()),
-        (&serde_json::Value::Null, Some(0.0))
-    );
+    let found = (&c["detection"], c["event_errors"]["max"].as_f64());
+    assert_eq!(found, (&serde_json::Value::Null, Some(0.0)));
 
     for compressed in [false, true] {
         let arrays = [("t", time.clone()), ("omega_r", velocity.clone())];
@@ -136,11 +128,8 @@ fn cli_every_format_is_read() {
     let group = file.create_group("run/3").unwrap();
     group.new_dataset_builder().with_data(&time).create("clock").unwrap();
     // As solve_ivp stores it, one component in each row; and as most other programs do.
-    let flat: Vec<f64> = rows
-        .iter()
-        .map(|row| row.1[4])
-        .chain(velocity.iter().copied())
-        .collect();
+    let values = rows.iter().map(|row| row.1[4]);
+    let flat: Vec<f64> = values.chain(velocity.iter().copied()).collect();
     let flat = ndarray_of(&flat, (2, time.len()));
     group.new_dataset_builder().with_data(flat.view()).create("y").unwrap();
     group
@@ -316,10 +305,8 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
     let html = std::fs::read_to_string(folder.path("report.html")).unwrap();
     assert!(html.contains("a&amp;b&lt;img&gt;|c") && !html.contains("<img") && !html.contains("http"));
     let markdown = std::fs::read_to_string(folder.path("report.md")).unwrap();
-    assert!(
-        markdown.contains("b\\<img\\>\\|c") && !markdown.contains("\n# d"),
-        "{markdown}"
-    );
+    assert!(markdown.contains("b\\<img\\>\\|c"), "{markdown}");
+    assert!(!markdown.contains("\n# d"), "{markdown}");
     folder.write("mine.md", "my notes");
     let refused = |name: &str| refusal(&mut folder.stickslip(&["compare", "paper.h5", candidate, "--report", name]));
     assert!(refused("mine.md").contains("--force"));
@@ -617,11 +604,8 @@ fn cli_values_beyond_the_root_of_the_largest_number_have_errors() {
     let rows = rows_of(paper(), 6.966);
     let name = "phi1";
     for large in [1e100, 1e155, 1e200, 1e308] {
-        let table: String = rows
-            .iter()
-            .step_by(50)
-            .map(|row| format!("{:?},{large:e}\n", row.0))
-            .collect();
+        let table = rows.iter().step_by(50).map(|row| format!("{:?},{large:e}\n", row.0));
+        let table: String = table.collect();
         folder.write("large.csv", format!("time,{name}\n{table}"));
         let c = compared(&folder, &["large.csv", "--events", "events.csv", "--quick"]);
         let channels = c["channels"].as_array().unwrap();
@@ -629,14 +613,10 @@ fn cli_values_beyond_the_root_of_the_largest_number_have_errors() {
         assert!(!own.is_empty());
         for row in own {
             let [max, rms] = ["max", "rms"].map(|key| row[key].as_f64().unwrap());
-            assert!(
-                (max / large - 1.0).abs() < 1e-12 && (rms / large - 1.0).abs() < 1e-12,
-                "{row}"
-            );
-            assert!(
-                row["scd"].as_f64().unwrap() < -90.0 && row["mescd"].as_f64().unwrap() < -90.0,
-                "{row}"
-            );
+            assert!((max / large - 1.0).abs() < 1e-12, "{row}");
+            assert!((rms / large - 1.0).abs() < 1e-12, "{row}");
+            assert!(row["scd"].as_f64().unwrap() < -90.0, "{row}");
+            assert!(row["mescd"].as_f64().unwrap() < -90.0, "{row}");
         }
         let verdict = c["verdict"].as_str().unwrap();
         says(verdict, &["states do not agree", name]);

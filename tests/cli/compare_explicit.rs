@@ -99,19 +99,15 @@ fn cli_a_history_of_impulses_in_32_bits() {
     let impulses = c["impulses"].as_array().unwrap();
     let of = |name: &str| impulses.iter().find(|i| i["channel"] == name).unwrap();
     let (normal, friction) = (of("normal_impulse"), of("friction_impulse"));
-    assert_eq!(
-        (normal["unit"].as_str(), friction["unit"].as_str()),
-        (Some("N s"), Some("N m s"))
-    );
+    let found = (normal["unit"].as_str(), friction["unit"].as_str());
+    assert_eq!(found, (Some("N s"), Some("N m s")));
     assert!(normal["reference"].as_f64().unwrap() > 50.0);
     // A time rounded by 2.4e-7 s gives an error of 5e-4 N s at 2225 N.
     assert!(normal["max"].as_f64().unwrap() < 2e-3, "{normal}");
     assert!(friction["reference"].as_f64().unwrap() > 0.3);
     assert!(friction["max"].as_f64().unwrap() < 2e-3, "{friction}");
-    assert_eq!(
-        (&normal["opposite"], &friction["opposite"]),
-        (&false.into(), &true.into())
-    );
+    let found = (&normal["opposite"], &friction["opposite"]);
+    assert_eq!(found, (&false.into(), &true.into()));
 
     // The resolution is reported first.
     let all = [&["compare", "paper.h5"][..], &arguments].concat();
@@ -138,10 +134,8 @@ fn cli_a_clock_that_starts_elsewhere() {
     let c = compared(&folder, &arguments);
     let (verdict, offset) = (c["verdict"].as_str().unwrap(), &c["found_time_offset"]);
     says(verdict, &["its clock starts elsewhere: with 6.96649"]);
-    assert_eq!(
-        (&c["causes"][0]["cause"], &offset["agree"]),
-        (&"time-offset".into(), &95.into())
-    );
+    let found = (&c["causes"][0]["cause"], &offset["agree"]);
+    assert_eq!(found, (&"time-offset".into(), &95.into()));
     assert!((offset["seconds"].as_f64().unwrap() - START).abs() < 1e-7, "{offset}");
 
     for given in ["auto", "6.9665", "6966.5 ms"] {
@@ -289,10 +283,8 @@ fn case_the_friction_of_the_paper_in_other_words() {
     let rate = law.decay / p.contact.radius;
     assert_eq!(of("decay"), format!("{rate:.4} s/m, or {:.7} s/mm", rate / 1e3));
     assert_eq!(of("contact.radius"), format!("{:.7} m", p.contact.radius));
-    assert_eq!(
-        (of("low_speed"), of("high_speed")),
-        (law.low_speed.to_string(), law.high_speed.to_string())
-    );
+    let found = (of("low_speed"), of("high_speed"));
+    assert_eq!(found, (law.low_speed.to_string(), law.high_speed.to_string()));
     assert_eq!(of("breakaway"), p.friction.breakaway.to_string());
     // The friction at the same motion is the same in each notation.
     for omega in [0.01, 0.3, 2.0, 50.0] {

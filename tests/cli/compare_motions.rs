@@ -41,15 +41,10 @@ fn cli_columns_of_trains_are_named_and_have_units() {
     assert_eq!(c["detection"]["velocity_tolerance"], 1e-6);
     let channels = c["channels"].as_array().unwrap();
     let names: Vec<&str> = channels.iter().map(|row| row["channel"].as_str().unwrap()).collect();
-    assert_eq!(
-        names,
-        ["relative_velocity", "phi1", "phi1_dot", "slip_displacement"],
-        "{c}"
-    );
-    assert_eq!(
-        (&channels[1]["unit"], &channels[2]["unit"]),
-        (&"m".into(), &"m/s".into())
-    );
+    let expected = ["relative_velocity", "phi1", "phi1_dot", "slip_displacement"];
+    assert_eq!(names, expected, "{c}");
+    let found = (&channels[1]["unit"], &channels[2]["unit"]);
+    assert_eq!(found, (&"m".into(), &"m/s".into()));
     assert!(channels.iter().all(|row| row["max"].as_f64().unwrap() < 1e-14), "{c}");
     // A unit of rotation, and an unknown name.
     let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "velocity=pace:rpm"];

@@ -249,10 +249,8 @@ fn cli_times_that_count_from_the_kick_are_named() {
     assert_eq!(c["clock"]["counts_from"], "the kick", "{text}");
     assert!((c["clock"]["offset"].as_f64().unwrap() + start).abs() < 1e-5, "{text}");
     assert!(text.contains("its times count from the kick"), "{text}");
-    let word: Vec<_> = word_of(paper())
-        .into_iter()
-        .map(|(time, kind)| (time - start, kind))
-        .collect();
+    let word = word_of(paper()).into_iter().map(|(time, kind)| (time - start, kind));
+    let word: Vec<_> = word.collect();
     folder.write("events.csv", events_csv(&word));
     let (c, _) = compared(&folder, "events.csv", &[]);
     assert_eq!(c["clock"]["counts_from"], "the kick");

@@ -8,10 +8,8 @@ use stickslip::continuation::Stored;
 fn cli_a_point_of_a_branch_is_its_cycle() {
     let folder = with_branches();
     let stored = Stored::read(&folder.path("belt.h5")).unwrap();
-    let (number, branch) = stored
-        .branches
-        .iter()
-        .enumerate()
+    let mut branches = stored.branches.iter().enumerate();
+    let (number, branch) = branches
         .find(|(_, branch)| !branch.steady && branch.points.len() > 2)
         .unwrap();
     let point = &branch.points[1];

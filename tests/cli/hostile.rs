@@ -78,11 +78,8 @@ fn cli_a_stuck_point_of_a_sweep_is_a_failed_point() {
     let arguments = ["sweep", "s.toml", "--json", "--max-wall-time", "3", "-j", "1"];
     let stdout = folder.ok(&arguments);
     let document = json(&stdout);
-    assert_eq!(
-        (&document["points"], &document["failed"]),
-        (&2.into(), &1.into()),
-        "{document}"
-    );
+    let found = (&document["points"], &document["failed"]);
+    assert_eq!(found, (&2.into(), &1.into()), "{document}");
     let message = document["failures"][0]["message"].as_str().unwrap();
     says(message, &["wall time", "in mode"]);
 }

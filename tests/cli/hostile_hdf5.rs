@@ -127,10 +127,8 @@ fn regression_links_that_lead_back_are_followed_once() {
     let variables = listed["variables"].as_array().unwrap();
     let times = variables.iter().filter(|v| v["name"] == "time");
     assert_eq!(times.filter(|v| v["group"] == "/trajectory").count(), 1);
-    let mut places: Vec<String> = variables
-        .iter()
-        .map(|v| format!("{}/{}", v["group"], v["name"]))
-        .collect();
+    let values = variables.iter().map(|v| format!("{}/{}", v["group"], v["name"]));
+    let mut places: Vec<String> = values.collect();
     let count = places.len();
     places.sort();
     places.dedup();
@@ -210,10 +208,8 @@ fn regression_more_events_than_are_stored_are_an_error() {
         // The times of the witness keep the length with which they were written.
         let names = file.group("events").unwrap().member_names().unwrap();
         for name in names.iter().filter(|name| *name != "witness_time") {
-            file.dataset(&format!("events/{name}"))
-                .unwrap()
-                .resize([1_usize << 34])
-                .unwrap();
+            let dataset = file.dataset(&format!("events/{name}")).unwrap();
+            dataset.resize([1_usize << 34]).unwrap();
         }
     }
     for arguments in [
@@ -418,10 +414,8 @@ fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
     let (_, stdout, _) = survive(&folder.path(""), &["check", "--json", "run.h5"]);
     assert_eq!(crate::common::cli::json(&stdout)["sealed"], false);
     let (code, stdout, _) = survive(&folder.path(""), &["check", "--json", "certified.h5"]);
-    assert!(
-        code == 0 && crate::common::cli::json(&stdout)["sealed"] == true,
-        "{stdout}"
-    );
+    assert!(code == 0, "{stdout}");
+    assert!(crate::common::cli::json(&stdout)["sealed"] == true, "{stdout}");
 }
 
 #[test]

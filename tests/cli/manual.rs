@@ -139,10 +139,8 @@ fn run_all(document: &str) -> Vec<String> {
     for linked in ["benchmarks", "examples"] {
         std::os::unix::fs::symlink(root.join(linked), folder.path(linked)).unwrap();
     }
-    assert_eq!(
-        shell("stickslip run -q && stickslip export -q paper.h5 -o mine.csv").0,
-        0
-    );
+    let found = shell("stickslip run -q && stickslip export -q paper.h5 -o mine.csv").0;
+    assert_eq!(found, 0);
     let mut refusal = None;
     for block in blocks(&std::fs::read_to_string(&path).unwrap()) {
         let whole = block.lines.join("\n");

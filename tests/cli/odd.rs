@@ -156,31 +156,20 @@ fn judge(name: &str, folder: &Folder) {
     let largest =
         |f: fn(&stickslip::record::Channels) -> f64| samples.iter().map(|s| f(&s.channels).abs()).fold(0.0, f64::max);
     let stake = largest(|c| c.energy_kinetic).max(largest(|c| c.work_applied));
-    assert!(
-        largest(|c| c.energy_residual) <= 1e-8 * stake,
-        "{name}: {} of {stake}",
-        largest(|c| c.energy_residual)
-    );
+    let found = largest(|c| c.energy_residual);
+    assert!(found <= 1e-8 * stake, "{name}: {found} of {stake}");
     for pair in samples.windows(2) {
         let lost = |f: fn(&stickslip::record::Channels) -> f64| f(&pair[1].channels) - f(&pair[0].channels);
-        assert!(
-            lost(|c| c.dissipated_friction) >= -1e-11 * stake,
-            "{name} at {}",
-            pair[0].time
-        );
-        assert!(
-            lost(|c| c.dissipated_damping) >= -1e-11 * stake,
-            "{name} at {}",
-            pair[0].time
-        );
+        let found = lost(|c| c.dissipated_friction);
+        assert!(found >= -1e-11 * stake, "{name} at {}", pair[0].time);
+        let found = lost(|c| c.dissipated_damping);
+        assert!(found >= -1e-11 * stake, "{name} at {}", pair[0].time);
     }
 
     // The friction law, and the sense of slip.
     let friction = &Parameters::of(&case.system).unwrap().friction;
-    let fastest = samples
-        .iter()
-        .map(|s| s.state.relative_velocity.abs())
-        .fold(0.0, f64::max);
+    let values = samples.iter().map(|s| s.state.relative_velocity.abs());
+    let fastest = values.fold(0.0, f64::max);
     for sample in &samples {
         let (w, channels) = (sample.state.relative_velocity, &sample.channels);
         assert!(sample.state.values().iter().all(|value| value.is_finite()), "{name}");
@@ -190,11 +179,8 @@ fn judge(name: &str, folder: &Folder) {
             .breakaway
             .max(friction.law.as_exponential().unwrap().high_speed)
             * pressing;
-        assert!(
-            channels.friction_torque.abs() <= most * (1.0 + 1e-9) + 1e-9,
-            "{name} at {}",
-            sample.time
-        );
+        let off = channels.friction_torque.abs();
+        assert!(off <= most * (1.0 + 1e-9) + 1e-9, "{name} at {}", sample.time);
         match sample.mode {
             Mode::Separated => assert_eq!(channels.normal_force, 0.0, "{name}"),
             Mode::Stick => assert_eq!(w, 0.0, "{name}"),

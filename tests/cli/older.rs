@@ -50,16 +50,11 @@ fn analytic_a_channel_that_an_older_file_lacks_is_the_product_of_its_factors() {
             column("relative_velocity"),
             column("contact_power"),
         );
-        let products: Vec<f64> = torque
-            .iter()
-            .zip(&velocity)
-            .map(|(torque, velocity)| torque * velocity)
-            .collect();
+        let pairs = torque.iter().zip(&velocity);
+        let products: Vec<f64> = pairs.map(|(torque, velocity)| torque * velocity).collect();
         assert_eq!(power, products);
-        assert!(
-            power.iter().any(|power| *power > 0.0) && power.iter().all(|power| power.is_sign_positive()),
-            "{name}"
-        );
+        assert!(power.iter().any(|power| *power > 0.0), "{name}");
+        assert!(power.iter().all(|power| power.is_sign_positive()), "{name}");
         let samples = file.finite_samples(rows.clone()).unwrap();
         assert!(samples.iter().map(|sample| sample.channels.contact_power).eq(products));
         let columns = file.table("trajectory").unwrap();

@@ -41,10 +41,8 @@ fn cli_only_an_own_page_is_replaced() {
         "plot paper.h5 --html mine.html",
         "mine.html: there already, and not a page that this program made & --force",
     );
-    assert_eq!(
-        std::fs::read_to_string(&foreign).unwrap(),
-        "<!DOCTYPE html><title>mine</title>"
-    );
+    let found = std::fs::read_to_string(&foreign).unwrap();
+    assert_eq!(found, "<!DOCTYPE html><title>mine</title>");
     folder.ok("plot paper.h5 --html mine.html --force");
     assert!(
         std::fs::read_to_string(&foreign)

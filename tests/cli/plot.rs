@@ -121,12 +121,8 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
         file.column("time", all.clone()).unwrap(),
         file.column("relative_velocity", all).unwrap(),
     );
-    let inside: Vec<f64> = t
-        .iter()
-        .zip(&w)
-        .filter(|(t, _)| (6.97..=6.99).contains(*t))
-        .map(|(_, w)| *w)
-        .collect();
+    let kept = t.iter().zip(&w).filter(|(t, _)| (6.97..=6.99).contains(*t));
+    let inside: Vec<f64> = kept.map(|(_, w)| *w).collect();
     let bounds = |v: &mut dyn Iterator<Item = f64>| v.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
     let (low, high) = bounds(&mut inside.iter().copied());
     let (top, bottom) = bounds(&mut line.iter().map(|p| p.1));

@@ -62,10 +62,8 @@ fn cli_a_diagram_has_the_branches_of_the_file() {
             _ => CurveStyle::Dotted,
         };
         assert_eq!(curve.style, style, "{}", curve.label);
-        let of_kind = stored
-            .branches
-            .iter()
-            .filter(|branch| branch.steady == (what == "steady sliding"));
+        let branches = stored.branches.iter();
+        let of_kind = branches.filter(|branch| branch.steady == (what == "steady sliding"));
         let points: Vec<_> = of_kind.flat_map(|branch| &branch.points).collect();
         for (x, y) in curve.points() {
             let found = points
@@ -152,13 +150,8 @@ fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
         .replace("of = [\"steady\", \"cycle\"]", "of = \"steady\"");
     folder.write("two.toml", study);
     folder.ok("continue two.toml -q");
-    let names: Vec<String> = Branches::read(&folder.path("two.h5"))
-        .unwrap()
-        .figures(&[])
-        .unwrap()
-        .into_iter()
-        .map(|figure| figure.name)
-        .collect();
+    let figures = Branches::read(&folder.path("two.h5")).unwrap().figures(&[]).unwrap();
+    let names: Vec<String> = figures.into_iter().map(|figure| figure.name).collect();
     assert_eq!(names, ["branches-position", "branches-growth_rate", "special-points"]);
     let drawn = figure(&folder.path("two.h5"), "special-points");
     let [curve] = curves(&drawn) else { panic!("one curve") };
@@ -182,11 +175,8 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let page = std::fs::read_to_string(folder.path("belt.html")).unwrap();
     // The name of the SVG namespace is no address.
     let addresses = |text: &str| page.matches(text).count();
-    assert_eq!(
-        addresses("http://"),
-        addresses("http://www.w3.org/2000/svg"),
-        "nothing is loaded"
-    );
+    let found = addresses("http://");
+    assert_eq!(found, addresses("http://www.w3.org/2000/svg"), "nothing is loaded");
     assert!(!page.contains("src="), "nothing is loaded");
     let data = document(&page);
     let stored = Stored::read(&folder.path("belt.h5")).unwrap();
@@ -198,10 +188,8 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let specials: Vec<Option<Special>> = points.iter().map(|point| point.special).collect();
     let column = &columns[data["marks"][0].as_u64().unwrap() as usize];
     let special = |code: &f64| (!code.is_nan()).then(|| Special::ALL[*code as usize]);
-    assert_eq!(
-        doubles(&column["low"]).iter().map(special).collect::<Vec<_>>(),
-        specials
-    );
+    let found = doubles(&column["low"]).iter().map(special).collect::<Vec<_>>();
+    assert_eq!(found, specials);
     // Every pair of neighbours of a branch is in one line, and nothing else is.
     let groups: Vec<usize> = data["groups"]
         .as_array()
@@ -221,12 +209,8 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
         .iter()
         .flat_map(|line| line["pieces"].as_array().unwrap())
     {
-        let piece: Vec<f64> = piece
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|k| values[k.as_u64().unwrap() as usize])
-            .collect();
+        let piece = piece.as_array().unwrap();
+        let piece: Vec<f64> = piece.iter().map(|k| values[k.as_u64().unwrap() as usize]).collect();
         drawn.extend(piece.windows(2).map(|pair| (pair[0], pair[1])));
     }
     let sorted = |pairs: Vec<(f64, f64)>| {

@@ -14,28 +14,22 @@ fn cli_plot_of_trains_draws_its_figures() {
     let folder = Folder::new();
     folder.ok("run belt-leine -q");
     let listed = folder.json("plot belt-leine.h5 --list");
-    let names: Vec<&str> = listed
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|e| e["figure"].as_str().unwrap())
-        .collect();
-    assert_eq!(
-        names,
-        [
-            "friction-law",
-            "surface-speeds",
-            "surface-speeds-close-up",
-            "relative-velocity",
-            "stick-slip-transition",
-            "stick-slip-close-up",
-            "stick-slip-end",
-            "durations",
-            "phase-stick-slip-stator",
-            "phase-stick-slip-torque",
-            "phase-portrait"
-        ]
-    );
+    let values = listed.as_array().unwrap().iter().map(|e| e["figure"].as_str().unwrap());
+    let names: Vec<&str> = values.collect();
+    let expected = [
+        "friction-law",
+        "surface-speeds",
+        "surface-speeds-close-up",
+        "relative-velocity",
+        "stick-slip-transition",
+        "stick-slip-close-up",
+        "stick-slip-end",
+        "durations",
+        "phase-stick-slip-stator",
+        "phase-stick-slip-torque",
+        "phase-portrait",
+    ];
+    assert_eq!(names, expected);
     assert_eq!(listed[5]["title"], "First sticks: relative velocity and forces");
     let (document, stderr) = output(&mut folder.stickslip("plot belt-leine.h5 --format svg --json"), 0);
     assert_eq!(stderr, "");
@@ -170,10 +164,8 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     // A corner belongs to a signal, whatever the signal drives.
     folder.ok("run clutch -q");
     let speed = svg(&folder, &["clutch.h5", "--only", "relative-velocity"]);
-    assert!(
-        speed.contains("corner of a signal") && !speed.contains("F(t)"),
-        "{speed}"
-    );
+    assert!(speed.contains("corner of a signal"), "{speed}");
+    assert!(!speed.contains("F(t)"), "{speed}");
 }
 
 /// Curves pass through the states at events: here at a restick between a sample in slip and one in stick.

@@ -18,12 +18,8 @@ fn text_of(folder: &Folder, name: &str) -> String {
 
 fn size(text: &str, key: &str) -> (f64, f64) {
     let numbers = text.split_once(key).unwrap().1.trim_start_matches([' ', '[']);
-    let numbers: Vec<f64> = numbers
-        .split([' ', ']', '\n'])
-        .filter(|word| !word.is_empty())
-        .take(4)
-        .map(|word| word.parse().unwrap())
-        .collect();
+    let split = numbers.split([' ', ']', '\n']).filter(|word| !word.is_empty());
+    let numbers: Vec<f64> = split.take(4).map(|word| word.parse().unwrap()).collect();
     (numbers[2], numbers[3])
 }
 
@@ -138,11 +134,8 @@ fn property_curves_go_through_the_states_at_events() {
     let curve = run.curves(&["friction_torque"], (6.9745, 6.9905)).unwrap().remove(0);
     let (mut slips, mut upright) = (0, 0);
     for event in &run.events {
-        let here: Vec<f64> = curve
-            .iter()
-            .filter(|point| point.0 == event.time)
-            .map(|point| point.1)
-            .collect();
+        let kept = curve.iter().filter(|point| point.0 == event.time);
+        let here: Vec<f64> = kept.map(|point| point.1).collect();
         if event.kind == EventKind::Slip {
             let peak = event.internal_force * radius;
             // Both are sums of the same terms. The friction belongs to the next state, at 1e-9 rad/s at most.
@@ -170,10 +163,8 @@ fn property_curves_go_through_the_states_at_events() {
     ];
     folder.ok(&[&arguments[..], &["-o", "a.svg"]].concat());
     let svg = text_of(&folder, "a.svg");
-    assert!(
-        svg.contains("too few samples") && svg.contains("straight lines for"),
-        "{svg}"
-    );
+    assert!(svg.contains("too few samples"), "{svg}");
+    assert!(svg.contains("straight lines for"), "{svg}");
     // With the built-in windows nothing is marked.
     let folder = with_run();
     folder.ok("plot paper.h5 --only stick-slip-transition -o a.svg");
@@ -185,10 +176,8 @@ fn property_curves_go_through_the_states_at_events() {
 fn cli_a_comparison_is_something_to_look_at() {
     let folder = with_run();
     // The candidate is late by a microsecond from the start.
-    let rows = rows_of(paper(), 6.966)
-        .into_iter()
-        .map(|(t, row)| (t + 1e-6, row))
-        .collect::<Vec<_>>();
+    let rows = rows_of(paper(), 6.966).into_iter().map(|(t, row)| (t + 1e-6, row));
+    let rows = rows.collect::<Vec<_>>();
     folder.write("mine.csv", csv(&rows));
     folder.ok("compare paper.h5 mine.csv -q --quick --report a.html");
     let page = text_of(&folder, "a.html");
@@ -197,11 +186,8 @@ fn cli_a_comparison_is_something_to_look_at() {
     let before = folder.names();
     folder.ok("compare paper.h5 mine.csv -q --quick --report a.md");
     let report = text_of(&folder, "a.md");
-    let new: Vec<String> = folder
-        .names()
-        .into_iter()
-        .filter(|name| !before.contains(name))
-        .collect();
+    let names = folder.names().into_iter().filter(|name| !before.contains(name));
+    let new: Vec<String> = names.collect();
     assert_eq!(new.len(), 5, "{new:?}");
     assert!(
         new.iter()

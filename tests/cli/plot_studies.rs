@@ -107,11 +107,8 @@ fn cli_a_map_has_the_values_of_the_file() {
     // The rows are in the order of their values, whatever their order in the file.
     for (row, level) in [(0, 1), (1, 2), (2, 0)] {
         for column in 0..7 {
-            assert_eq!(
-                map.cells[7 * row + column],
-                Cell::Value(counts[3 * column + level]),
-                "{row} {column}"
-            );
+            let found = map.cells[7 * row + column];
+            assert_eq!(found, Cell::Value(counts[3 * column + level]), "{row} {column}");
         }
     }
     // The edges are midway between the levels, or between their logarithms if these are evenly spaced.
@@ -129,10 +126,8 @@ fn cli_a_map_has_the_values_of_the_file() {
     let all = rectangles(&svg);
     let bar = all.iter().filter(|r| r.3 < 250.0 && r.3 > 150.0).count();
     assert!(bar >= 256, "{bar}");
-    let cells: Vec<_> = all
-        .iter()
-        .filter(|r| r.3 > 250.0 && r.4 != "#FFFFFF" && r.4 != "none")
-        .collect();
+    let kept = all.iter().filter(|r| r.3 > 250.0 && r.4 != "#FFFFFF" && r.4 != "none");
+    let cells: Vec<_> = kept.collect();
     let edge = |part: &dyn Fn(&Rectangle) -> f64, least: bool| {
         let values = cells.iter().map(|r| part(r));
         if least {
@@ -203,10 +198,8 @@ fn cli_the_command_of_a_point_runs_it() {
         let columns = data["columns"].as_array().unwrap();
         columns.iter().find(|column| column["name"] == name).unwrap()["digits"].clone()
     };
-    assert_eq!(
-        (digits("friction_decay"), digits("onset_time")),
-        (serde_json::Value::Null, 8.into())
-    );
+    let found = (digits("friction_decay"), digits("onset_time"));
+    assert_eq!(found, (serde_json::Value::Null, 8.into()));
     let command = data["commands"][0]["start"].as_str().unwrap();
     assert!(command.starts_with("stickslip run base.toml --set "), "{command}");
     assert!(!command.contains("rtol"), "the method is an axis: {command}");
@@ -226,11 +219,8 @@ fn cli_the_command_of_a_point_runs_it() {
         for option in &options[..options.len() - 1] {
             let text = option[0].as_str().unwrap();
             let Some((key, column)) = text.strip_suffix('}').and_then(|text| text.split_once('{')) else {
-                assert_eq!(
-                    option[1],
-                    serde_json::json!([2, [0, 1]]),
-                    "the tolerance of the methods of the axis"
-                );
+                let expected = serde_json::json!([2, [0, 1]]);
+                assert_eq!(option[1], expected, "the tolerance of the methods of the axis");
                 whole += &format!(" {text}");
                 continue;
             };
@@ -348,15 +338,11 @@ fn cli_a_sample_has_its_distribution() {
         .iter()
         .map(|f| f["figure"].as_str().unwrap())
         .collect();
-    assert!(
-        names.contains(&"samples-onset_time") && names.contains(&"plane-onset_time"),
-        "{names:?}"
-    );
+    assert!(names.contains(&"samples-onset_time"), "{names:?}");
+    assert!(names.contains(&"plane-onset_time"), "{names:?}");
     let own = &document["distributions"][0];
-    assert_eq!(
-        (&own["quantity"], &own["count"], &own["without"]),
-        (&"onset_time".into(), &64.into(), &0.into())
-    );
+    let found = (&own["quantity"], &own["count"], &own["without"]);
+    assert_eq!(found, (&"onset_time".into(), &64.into(), &0.into()));
     let close = |value: &serde_json::Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 1e-14;
     // The median of 64 values is the mean of the two in the middle.
     assert!(
@@ -420,19 +406,15 @@ fn cli_a_calibration_has_its_region() {
     assert_eq!(drawn.len(), held.len());
     assert!(held.iter().all(|place| drawn.contains(place)));
     let optimum = file.numbers("calibration/optimum").unwrap();
-    assert_eq!(
-        curve("optimum").points().collect::<Vec<_>>(),
-        [(optimum[0], optimum[1])]
-    );
+    let found = curve("optimum").points().collect::<Vec<_>>();
+    assert_eq!(found, [(optimum[0], optimum[1])]);
     // The page begins with the residuals, below 1 where the targets hold, and marks the optimum.
     folder.ok("plot two.h5 --html two.html");
     let page = document(&std::fs::read_to_string(folder.path("two.html")).unwrap());
     let first = &page["columns"][page["first"][2].as_u64().unwrap() as usize];
     assert_eq!(first["name"], "largest_residual");
-    let inside = doubles(&first["low"])
-        .into_iter()
-        .filter(|residual| *residual <= 1.0)
-        .count();
+    let doubles = doubles(&first["low"]).into_iter().filter(|residual| *residual <= 1.0);
+    let inside = doubles.count();
     assert_eq!(inside, held.len());
     let marked = &page["overlays"][0]["curves"][0];
     assert_eq!(marked["pieces"], serde_json::json!([[[optimum[0], optimum[1]]]]));
@@ -479,11 +461,8 @@ fn cli_a_certified_file_has_its_uncertainties() {
     let subject = stickslip::plot::entry::Subject::new(&runs).unwrap();
     let entry = stickslip::plot::catalogue::find("event-uncertainties").unwrap();
     let figure = entry.build(&subject).unwrap().unwrap();
-    let curve = figure.panels[0]
-        .curves
-        .iter()
-        .find(|curve| curve.label == "uncertainty of the time")
-        .unwrap();
+    let mut curves = figure.panels[0].curves.iter();
+    let curve = curves.find(|curve| curve.label == "uncertainty of the time").unwrap();
     let drawn: BTreeMap<usize, f64> = curve.points().map(|(k, value)| (k as usize, value)).collect();
     let stored = folder.result(name).event_column("time_uncertainty").unwrap();
     assert_eq!(drawn.len(), stored.iter().filter(|value| value.is_finite()).count());

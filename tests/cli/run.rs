@@ -181,10 +181,8 @@ fn cli_run_json_is_one_document_with_known_names() {
     assert_eq!(document["method"], "cvode");
     // The former name of the default.
     let former = json(&folder.ok("run --method auto --json --force"));
-    assert_eq!(
-        (&former["method"], &former["summary"]),
-        (&document["method"], &document["summary"])
-    );
+    let found = (&former["method"], &former["summary"]);
+    assert_eq!(found, (&document["method"], &document["summary"]));
     assert_eq!(document["warnings"], serde_json::json!([]));
     assert!(document.get("error").is_none());
     let summary = &document["summary"];
@@ -202,10 +200,8 @@ fn cli_run_json_is_one_document_with_known_names() {
     let (stdout, stderr) = output(&mut folder.stickslip("run clutch --json"), 0);
     assert_eq!(stderr, "");
     let document = json(&stdout);
-    assert_eq!(
-        (&document["status"], &document["file"]),
-        (&"complete".into(), &"clutch.h5".into())
-    );
+    let found = (&document["status"], &document["file"]);
+    assert_eq!(found, (&"complete".into(), &"clutch.h5".into()));
     assert_eq!(document["summary"]["sticks"], 1);
     assert_eq!(document["summary"]["outcome"]["kind"], "stuck");
     // 11/12 s, rounded.
@@ -240,10 +236,8 @@ fn cli_run_quiet_prints_nothing_but_errors() {
     assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
     // The warning is suppressed, too.
     for arguments in ["run unperturbed --quiet", "run block --quiet"] {
-        assert_eq!(
-            output(&mut folder.stickslip(arguments), 0),
-            (String::new(), String::new())
-        );
+        let found = output(&mut folder.stickslip(arguments), 0);
+        assert_eq!(found, (String::new(), String::new()));
     }
     assert_eq!(folder.names(), ["block.h5", "paper.h5", "unperturbed.h5"]);
     let (stdout, stderr) = output(&mut folder.stickslip("run -q --set solver.max_events=10"), 1);
@@ -299,10 +293,8 @@ fn cli_run_repeats_a_result_to_the_last_bit() {
         assert_eq!(first.case_text().unwrap(), second.case_text().unwrap());
         assert_eq!(first.resolved().unwrap(), second.resolved().unwrap());
     }
-    assert_eq!(
-        folder.names(),
-        ["groan.h5", "groan.repeat.h5", "paper.h5", "paper.repeat.h5"]
-    );
+    let found = folder.names();
+    assert_eq!(found, ["groan.h5", "groan.repeat.h5", "paper.h5", "paper.repeat.h5"]);
 }
 
 #[test]
@@ -479,10 +471,8 @@ fn cli_run_has_a_witness() {
     };
     let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
     assert_eq!(stderr, "");
-    let lines: Vec<&str> = stdout
-        .lines()
-        .filter(|line| line.starts_with("reference check "))
-        .collect();
+    let kept = stdout.lines().filter(|line| line.starts_with("reference check "));
+    let lines: Vec<&str> = kept.collect();
     let [line] = lines[..] else { panic!("{stdout}") };
     assert!(
         line.starts_with("reference check by series: the same 95 contact events, all within "),
@@ -544,10 +534,8 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
         repeated,
         "repeated with solver.rtol=1e-10 & at first: reference check by series: 5 events for 5; number 5 & s away",
     );
-    assert_eq!(
-        (&said["rtol"], &said["warnings"]),
-        (&1e-10.into(), &serde_json::json!([]))
-    );
+    let found = (&said["rtol"], &said["warnings"]);
+    assert_eq!(found, (&1e-10.into(), &serde_json::json!([])));
     assert_eq!(witness["testimony"], "same-sequence");
     let file = unlocked::open(folder.path("swung.h5")).unwrap();
     let number = |group: &str, name: &str| file.group(group).unwrap().attr(name).unwrap().read_scalar::<f64>();
@@ -558,10 +546,8 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
     let said = folder.json("run swung.toml --set solver.rtol=1e-7 --no-witness --force");
     assert_eq!(said["rtol"], 1e-7);
     let said = folder.json("run swung.toml --method cvode-adams --set solver.rtol=1e-7 --force");
-    assert_eq!(
-        (&said["rtol"], &said["witness"]["repeated"]),
-        (&1e-7.into(), &serde_json::Value::Null)
-    );
+    let found = (&said["rtol"], &said["witness"]["repeated"]);
+    assert_eq!(found, (&1e-7.into(), &serde_json::Value::Null));
 
     let coarse =
         "run belt-leine --strict --set solver.atol_twist=1e-3 --set solver.atol_rate=1e-3 --set solver.atol_speed=1e-3";
@@ -586,10 +572,8 @@ fn cli_run_witnesses_differ_where_they_must() {
     ",
     ) {
         let said = witness(arguments);
-        assert_eq!(
-            (&said["method"], &said["testimony"]),
-            (&method.into(), &"same-sequence".into())
-        );
+        let found = (&said["method"], &said["testimony"]);
+        assert_eq!(found, (&method.into(), &"same-sequence".into()));
         assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
     }
     // A single event is named in the singular.
@@ -634,10 +618,8 @@ fn cli_run_leaves_a_long_witness_out() {
     let (stdout, _) = output(folder.stickslip(&run).args(undamped), 0);
     let said = &json(&stdout)["witness"];
     assert_eq!(said["testimony"], "left-out", "{said}");
-    assert_eq!(
-        said["statement"],
-        "reference check by cvode: left out, as it takes more than a second"
-    );
+    let expected = "reference check by cvode: left out, as it takes more than a second";
+    assert_eq!(said["statement"], expected);
     // It was not started, so that it has no events.
     assert_eq!(said["events"], 0, "{said}");
     assert!(said["largest_difference"].is_null(), "{said}");

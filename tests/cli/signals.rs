@@ -70,10 +70,8 @@ fn cli_signals_and_quiet() {
     let folder = Folder::new();
     let output = interrupted(&folder, "TERM", &["run", "-q"]);
     assert_eq!(output.status.code(), Some(130));
-    assert_eq!(
-        (text(&output.stdout), text(&output.stderr)),
-        (String::new(), String::new())
-    );
+    let found = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(found, (String::new(), String::new()));
 }
 
 #[test]
@@ -139,20 +137,16 @@ fn cli_signals_a_certificate_says_where_it_was_interrupted() {
     send("INT", child.id());
     let output = ended(child);
     assert_eq!(output.status.code(), Some(130));
-    assert_eq!(
-        text(&output.stderr),
-        "stickslip: interrupted during the run that was to be certified; no certificate was written\n"
-    );
+    let expected = "stickslip: interrupted during the run that was to be certified; no certificate was written\n";
+    assert_eq!(text(&output.stderr), expected);
     let slow = "certify --set solver.max_step=1e-5 --set 'output={end_time=2, interval=0.1}'";
     let mut child = folder.start(slow);
     wait_for(&folder, &mut child, &|name| name.ends_with(".uncertified.h5"));
     send("INT", child.id());
     let output = ended(child);
     assert_eq!(output.status.code(), Some(130));
-    assert_eq!(
-        text(&output.stderr),
-        "stickslip: interrupted during the ladder of independent runs; no certificate was written\n"
-    );
+    let expected = "stickslip: interrupted during the ladder of independent runs; no certificate was written\n";
+    assert_eq!(text(&output.stderr), expected);
     assert_eq!(folder.names(), [""; 0]);
 }
 

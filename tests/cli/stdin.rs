@@ -21,10 +21,8 @@ fn cli_run_reads_a_case_from_standard_input() {
     let (piped, mine) = (folder.result("piped.h5"), folder.result("mine.h5"));
     assert_eq!(piped.resolved().unwrap(), mine.resolved().unwrap());
     assert_eq!(piped.case_text().unwrap(), text);
-    assert_eq!(
-        piped.column("theta", 0..51).unwrap(),
-        mine.column("theta", 0..51).unwrap()
-    );
+    let found = piped.column("theta", 0..51).unwrap();
+    assert_eq!(found, mine.column("theta", 0..51).unwrap());
     let (stdout, _) = output(folder.stickslip("modes - --json").write_stdin(text.clone()), 0);
     json(&stdout);
     // The case has no name after which its result could be named.

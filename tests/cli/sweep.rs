@@ -43,10 +43,8 @@ fn results_a_grid_has_its_axes_as_dimensions_and_its_failures_in_words() {
     assert_eq!(file.text("status").as_deref(), Some("complete"));
     assert_eq!(file.text("study_digest").as_deref(), report["digest"].as_str());
     assert_eq!(file.shape("stick_count").unwrap(), [6, 3, 2]);
-    assert_eq!(
-        file.numbers("torsion_damping").unwrap(),
-        [10.0, 14.0, 18.0, 22.0, 26.0, 30.0]
-    );
+    let found = file.numbers("torsion_damping").unwrap();
+    assert_eq!(found, [10.0, 14.0, 18.0, 22.0, 26.0, 30.0]);
     assert_eq!(
         file.attribute("friction_low_speed", "keys").as_deref(),
         Some("friction.low_speed friction.high_speed")
@@ -327,10 +325,8 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     let overlay = &page["overlays"][0];
     assert_eq!(overlay["curves"], serde_json::to_value(&panel.curves).unwrap());
     assert_eq!(overlay["labels"], serde_json::to_value(&panel.labels).unwrap());
-    assert_eq!(
-        (&overlay["x"], &overlay["y"]),
-        (&"friction_decay".into(), &"torsion_damping".into())
-    );
+    let found = (&overlay["x"], &overlay["y"]);
+    assert_eq!(found, (&"friction_decay".into(), &"torsion_damping".into()));
     assert!(panel.curves.iter().any(|curve| curve.label == "stable at every speed"));
     // A grid has no boundary, and is drawn as a map.
     folder.write("map.toml", QUICK);

@@ -63,10 +63,8 @@ fn analytic_a_grid_of_coulomb_belts() {
             let expected_slip = (PI + 2.0 * (v * k / w).atan()) / w;
             let expected_stick = 2.0 / (k * v);
             let near = |value: f64, expected: f64, what: &str| {
-                assert!(
-                    (value - expected).abs() < 1e-11,
-                    "{what} at {v}, {k}: {value}, not {expected}"
-                );
+                let error = (value - expected).abs();
+                assert!(error < 1e-11, "{what} at {v}, {k}: {value}, not {expected}");
             };
             near(slip[point], expected_slip, "slip");
             near(stick[point], expected_stick, "stick");
@@ -106,10 +104,8 @@ fn analytic_what_a_clutch_heats_up_by() {
     for (i, speed) in [100.0, 200.0, 300.0].into_iter().enumerate() {
         for (j, inertia) in [0.2, 0.3, 0.4].into_iter().enumerate() {
             let (found, expected) = (found[3 * i + j], heat(inertia, speed));
-            assert!(
-                (found / expected - 1.0).abs() < 1e-9,
-                "{speed} {inertia}: {found}, not {expected}"
-            );
+            let error = (found / expected - 1.0).abs();
+            assert!(error < 1e-9, "{speed} {inertia}: {found}, not {expected}");
         }
     }
     // As a criterion: the speed at which 3 kJ are reached.
@@ -279,10 +275,8 @@ fn regression_points_are_the_single_runs_of_their_cases() {
             let value = file.numbers(name).unwrap()[0];
             let expected = expected.as_f64().unwrap();
             // The JSON reader may be wrong in the last bit of a number.
-            assert!(
-                (value - expected).abs() <= 1e-15 * expected,
-                "{case}, {name}: {value}, not {expected}"
-            );
+            let error = (value - expected).abs();
+            assert!(error <= 1e-15 * expected, "{case}, {name}: {value}, not {expected}");
         }
     }
 }
@@ -379,11 +373,8 @@ fn results_trajectories_of_the_points_are_results_of_trains() {
     for (point, count) in counts.iter().enumerate() {
         let kept = points.iter().filter(|&&of| of == point as f64).count();
         let run = folder.result(&format!("belt.runs/{point:06}.h5"));
-        assert_eq!(
-            (kept as f64, run.events().unwrap().len() as f64),
-            (*count, *count),
-            "point {point}"
-        );
+        let found = (kept as f64, run.events().unwrap().len() as f64);
+        assert_eq!(found, (*count, *count), "point {point}");
         assert!(run.resolved().unwrap().contains("[stator]"));
     }
     // The results of the points do not depend on whether they are stored.
@@ -649,10 +640,8 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     for (place, true_value) in [(0, 100.0), (1, 0.3)] {
         let parameter = &report["parameters"][place];
         let number = |name: &str| parameter[name].as_f64().unwrap();
-        assert!(
-            number("least") < true_value && true_value < number("largest"),
-            "{parameter}"
-        );
+        assert!(number("least") < true_value, "{parameter}");
+        assert!(true_value < number("largest"), "{parameter}");
         assert!((number("optimum") / true_value - 1.0).abs() < 1e-3, "{parameter}");
         assert_eq!(parameter["determined"], "determined");
     }
@@ -665,10 +654,8 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
         file.text("references").as_deref(),
         Some("stickslip, docs/model.md: Trains")
     );
-    assert_eq!(
-        file.shape("attractor_amplitude").unwrap()[0] as u64,
-        report["runs"].as_u64().unwrap()
-    );
+    let found = file.shape("attractor_amplitude").unwrap()[0] as u64;
+    assert_eq!(found, report["runs"].as_u64().unwrap());
     let period = folder.json("run found.toml --no-witness")["summary"]["outcome"]["period"]
         .as_f64()
         .unwrap();

@@ -77,10 +77,8 @@ fn cli_case_prints_a_case_to_start_from() {
     folder.write("mine.toml", &text);
     folder.ok_short("mine.toml -q");
     folder.ok_short("paper -q");
-    assert_eq!(
-        folder.result("mine.h5").resolved().unwrap(),
-        folder.result("paper.h5").resolved().unwrap()
-    );
+    let found = folder.result("mine.h5").resolved().unwrap();
+    assert_eq!(found, folder.result("paper.h5").resolved().unwrap());
     assert_eq!(folder.json("case paper")["text"], text.as_str());
 }
 

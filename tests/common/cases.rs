@@ -1,12 +1,16 @@
 //! Cases by name or by text, what changes them, their runs, their exact events, and certificates of them.
 
-use crate::common::random_brakes::difference;
 use num_rational::BigRational;
+use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
 use stickslip::analysis::{Attractor, Certified, Certify, SavedRun, Summary};
 use stickslip::case::{Case, CaseSource, Origin, Override};
-use stickslip::oracle::{self, OracleError, OracleRequest, OracleSolution};
+use stickslip::model::nearest_double;
+use stickslip::model::system::ExactSystem;
+use stickslip::oracle::{
+    self, ExactDouble, OracleError, OracleEvent, OracleOptions, OracleReport, OracleRequest, OracleSolution, rational,
+};
 use stickslip::record::{Event, EventKind, MemoryRecorder, Recorder};
 use stickslip::simulation::{Method, RunFailure, RunReport, SolverOptions};
 
@@ -83,10 +87,8 @@ pub fn near(found: f64, expected: f64, tolerance: f64) {
 pub fn expect(events: &[Event], expected: &[(EventKind, f64)], tolerance: f64) {
     let wanted: Vec<EventKind> = expected.iter().map(|(kind, _)| *kind).collect();
     assert_eq!(kinds(events), wanted);
-    let errors = events
-        .iter()
-        .zip(expected)
-        .map(|(event, (_, time))| (event.time - time).abs());
+    let pairs = events.iter().zip(expected);
+    let errors = pairs.map(|(event, (_, time))| (event.time - time).abs());
     let worst = errors.fold(0.0, f64::max);
     println!("{} events within {worst:.1e} s", events.len());
     assert!(worst <= tolerance, "{worst:e} s");
@@ -112,13 +114,52 @@ pub fn truth(
 /// The largest distance of events from the exact ones, s, which have the same kinds.
 #[track_caller]
 pub fn from_truth(label: &str, events: &[Event], truth: &OracleSolution) -> f64 {
-    let exact = &truth.report.events;
+    let errors = errors(label, events, &truth.report.events);
+    errors.into_iter().fold(0.0, f64::max)
+}
+
+/// The distance of each event from the exact one, s; the kinds are the same.
+#[track_caller]
+pub fn errors(label: &str, events: &[Event], exact: &[OracleEvent]) -> Vec<f64> {
     let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
     assert_eq!(kinds(events), expected, "{label}");
     let pairs = events.iter().zip(exact);
     pairs
         .map(|(own, exact)| difference(own.time, &exact.time).abs())
-        .fold(0.0, f64::max)
+        .collect()
+}
+
+/// `own` - `exact`, without the rounding of `exact` to double.
+pub fn difference(own: f64, exact: &ExactDouble) -> f64 {
+    let own = ExactDouble::from_f64(own, 64).to_rational().unwrap();
+    nearest_double(&(own - exact.to_rational().unwrap()))
+}
+
+/// The oracle's run until `end`, s, with samples at these times.
+pub fn by_oracle(system: &ExactSystem, digits: u32, end: &str, samples: Vec<BigRational>) -> OracleReport {
+    let options = OracleOptions {
+        digits,
+        end_time: rational(end).unwrap(),
+        sample_times: samples,
+        ..OracleOptions::default()
+    };
+    oracle::run(system, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// A case in exact numbers.
+pub fn exact(source: &CaseSource, changes: &[Override]) -> ExactSystem {
+    Case::exact(source, changes).unwrap().system
+}
+
+/// The events of a case by the oracle.
+pub fn exact_events(source: &CaseSource, changes: &[Override], end_time: f64, digits: u32) -> Vec<OracleEvent> {
+    by_oracle(&exact(source, changes), digits, &end_time.to_string(), Vec::new()).events
+}
+
+pub fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
 }
 
 /// A case, its run, and what is certified of it with so many digits of the oracle, if it comes to them within ten minutes.

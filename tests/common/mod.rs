@@ -28,11 +28,8 @@ use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverO
 /// The rows of a table: cells that `|` parts, a row a line. A line that ends in `|` goes on in the next.
 #[track_caller]
 pub fn rows<const N: usize>(table: &str) -> Vec<[&str; N]> {
-    let cells: Vec<&str> = table
-        .split(['|', '\n'])
-        .map(str::trim)
-        .filter(|cell| !cell.is_empty())
-        .collect();
+    let split = table.split(['|', '\n']).map(str::trim);
+    let cells: Vec<&str> = split.filter(|cell| !cell.is_empty()).collect();
     let (rows, rest) = cells.as_chunks();
     assert!(rest.is_empty(), "{N} cells make a row, and {rest:?} do not");
     rows.to_vec()
@@ -176,12 +173,8 @@ pub fn channel(sample: &Sample, name: &str) -> f64 {
 
 /// The event sequence of a run: (kind, time).
 pub fn event_sequence(recorder: &MemoryRecorder) -> Vec<(EventKind, f64)> {
-    recorder
-        .events
-        .iter()
-        .filter(|e| e.kind.in_event_sequence())
-        .map(|e| (e.kind, e.time))
-        .collect()
+    let events = recorder.events.iter().filter(|e| e.kind.in_event_sequence());
+    events.map(|e| (e.kind, e.time)).collect()
 }
 
 /// Asserts the truth's events in order, none extra, and returns the largest error of a time, s.
@@ -189,17 +182,11 @@ pub fn largest_event_error(truth: &Truth, recorder: &MemoryRecorder) -> f64 {
     let word = event_sequence(recorder);
     let kinds: Vec<&str> = word.iter().map(|(k, _)| k.name()).collect();
     let expected: Vec<&str> = truth.events.iter().map(|e| e.kind.as_str()).collect();
-    assert_eq!(
-        kinds.len(),
-        expected.len(),
-        "number of events; first {:?}",
-        word.first()
-    );
+    let wanted = expected.len();
+    assert_eq!(kinds.len(), wanted, "number of events; first {:?}", word.first());
     assert_eq!(kinds, expected);
-    word.iter()
-        .zip(&truth.events)
-        .map(|((_, t), e)| (t - e.time).abs())
-        .fold(0.0, f64::max)
+    let pairs = word.iter().zip(&truth.events);
+    pairs.map(|((_, t), e)| (t - e.time).abs()).fold(0.0, f64::max)
 }
 
 /// The largest error of a sampled channel relative to the channel's largest absolute value in the samples.

@@ -45,10 +45,8 @@ impl Page {
 
     pub fn channel_names(&self) -> Vec<String> {
         let channels = self.trajectory["channels"].as_array().unwrap();
-        channels
-            .iter()
-            .map(|c| c["name"].as_str().unwrap().to_owned())
-            .collect()
+        let values = channels.iter().map(|c| c["name"].as_str().unwrap().to_owned());
+        values.collect()
     }
 
     pub fn block(&self) -> usize {
@@ -86,10 +84,8 @@ pub fn bytes(text: &Value) -> Vec<u8> {
 
 pub fn doubles(text: &Value) -> Vec<f64> {
     let bytes = bytes(text);
-    bytes
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
-        .collect()
+    let chunks_exact = bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap()));
+    chunks_exact.collect()
 }
 
 pub fn codes(text: &Value) -> Vec<i8> {

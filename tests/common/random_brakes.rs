@@ -1,9 +1,6 @@
-//! Brakes around that of the paper, and their exact events by the oracle.
+//! Brakes around that of the paper.
 
-use std::ops::ControlFlow;
-use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::nearest_double;
-use stickslip::oracle::{self, ExactDouble, OracleOptions, rational};
+use stickslip::case::Override;
 
 /// Numbers in [0, 1) that are the same in every run (splitmix64).
 pub struct Random(pub u64);
@@ -104,28 +101,4 @@ fn contact(random: &mut Random, high_speed: f64, low_speed: (f64, f64), kicks: &
 fn overrides<const N: usize>(actuation: [String; N], contact: [String; 11]) -> Vec<Override> {
     let all = actuation.iter().chain(&contact);
     all.map(|text| Override::parse(text).unwrap()).collect()
-}
-
-/// The events of a case by the oracle.
-pub fn exact_events(
-    source: &CaseSource,
-    overrides: &[Override],
-    end_time: f64,
-    digits: u32,
-) -> Vec<oracle::OracleEvent> {
-    let exact = Case::exact(source, overrides).unwrap().system;
-    let options = OracleOptions {
-        digits,
-        end_time: rational(&format!("{end_time}")).unwrap(),
-        ..OracleOptions::default()
-    };
-    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(()))
-        .unwrap()
-        .events
-}
-
-/// `own` - `exact`, without the rounding of `exact` to double.
-pub fn difference(own: f64, exact: &ExactDouble) -> f64 {
-    let own = ExactDouble::from_f64(own, 64).to_rational().unwrap();
-    nearest_double(&(own - exact.to_rational().unwrap()))
 }

@@ -153,12 +153,8 @@ pub fn write(path: &Path, count: usize) {
 pub fn bits(rows: &Rows) -> (Vec<Vec<u64>>, Vec<Vec<u64>>, Vec<String>) {
     let sample = |row: &Sample| {
         let head = [row.time.to_bits(), row.mode.code() as u64, u64::from(row.segment)];
-        let rest = row
-            .state
-            .values()
-            .into_iter()
-            .chain(row.channels.values())
-            .map(f64::to_bits);
+        let values = row.state.values().into_iter().chain(row.channels.values());
+        let rest = values.map(f64::to_bits);
         head.into_iter().chain(rest).collect()
     };
     let event = |row: &Event| {
@@ -168,12 +164,8 @@ pub fn bits(rows: &Rows) -> (Vec<Vec<u64>>, Vec<Vec<u64>>, Vec<String>) {
             row.mode_after.code() as u64,
             u64::from(row.segment),
         ];
-        let rest = row
-            .before
-            .values()
-            .into_iter()
-            .chain(row.after.values())
-            .chain([row.internal_force]);
+        let values = row.before.values().into_iter().chain(row.after.values());
+        let rest = values.chain([row.internal_force]);
         head.into_iter().chain(rest.map(f64::to_bits)).collect()
     };
     // Debug prints a double so that it reads back the same.

@@ -45,10 +45,8 @@ fn printed(folder: &Folder, program: &str, arguments: &[&str]) -> Option<String>
         .output()
         .ok()?;
     let error = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        output.status.success() && error.is_empty(),
-        "{program} {arguments:?}: {error}"
-    );
+    assert!(output.status.success(), "{program} {arguments:?}: {error}");
+    assert!(error.is_empty(), "{program} {arguments:?}: {error}");
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
@@ -156,11 +154,8 @@ fn commands(folder: &Folder) -> Vec<String> {
     let help = folder.ok("--help");
     let lines = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
     let names = lines.take_while(|line| !line.is_empty());
-    names
-        .filter_map(|line| line.split_whitespace().next())
-        .filter(|name| *name != "help")
-        .map(str::to_owned)
-        .collect()
+    let kept = names.filter_map(|line| line.split_whitespace().next());
+    kept.filter(|name| *name != "help").map(str::to_owned).collect()
 }
 
 fn pages() -> Result<(), Failed> {

@@ -1,6 +1,6 @@
 //! Error bands of the trajectory against true errors: dense output of the oracle at equal phase and at equal time.
 
-use crate::common::cases::{parsed, recorded};
+use crate::common::cases::{median, parsed, recorded};
 use crate::common::disks;
 use crate::common::random_brakes::{how_many, random_brake};
 use num_rational::BigRational;
@@ -275,11 +275,6 @@ fn events(name: &str, own: &[Event], certificate: &Certificate, truth: &[oracle:
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 fn dense(index: u64) -> Vec<Override> {
     let mut overrides = random_brake(index);
     overrides.push(Override::parse("output.interval=2e-5").unwrap());
@@ -292,7 +287,7 @@ fn report(found: &Found) {
         found.held,
         found.without,
         found.uncovered.len(),
-        median(found.excess.clone())
+        median(&found.excess)
     );
     assert!(
         found.uncovered.is_empty(),
@@ -301,7 +296,7 @@ fn report(found: &Found) {
     );
     assert!(found.held > 10_000 && found.without < found.held / 500);
     // The bands must be useful, not only safe, like the events' uncertainties.
-    assert!(median(found.excess.clone()) < 100.0);
+    assert!(median(&found.excess) < 100.0);
 }
 
 /// Slip in both senses, stick, and separation, with corners of F and a kick between.
@@ -370,10 +365,8 @@ fn multiprecision_bands_cover_the_rounding_of_energies_that_are_differences() {
     );
     let (mut held, mut largest) = (0, 0.0_f64);
     for stretch in certificate.bands.stretches.iter().filter(|stretch| stretch.converged) {
-        let inside = recorder
-            .samples
-            .iter()
-            .filter(|row| row.time > stretch.start && row.time < stretch.end);
+        let samples = recorder.samples.iter();
+        let inside = samples.filter(|row| row.time > stretch.start && row.time < stretch.end);
         for row in inside {
             let kicked = row.time > nearest_double(&kick.time.to_rational().unwrap());
             let done = if kicked { work.clone() } else { BigRational::zero() };

@@ -80,12 +80,8 @@ output = { end_time = 2.3, interval = 0.1 }
     for (changes, events) in [(&[][..], 1), (&["output.end_time=2.2999999999999994"][..], 0)] {
         let (_, certificate) = certified(text, changes, 18);
         assert_eq!(certificate.events.len(), events);
-        assert_eq!(
-            certificate.verdict,
-            Verdict::Converged,
-            "{changes:?}: {:?}",
-            certificate.events
-        );
+        let expected = Verdict::Converged;
+        assert_eq!(certificate.verdict, expected, "{changes:?}: {:?}", certificate.events);
         assert!(certificate.least_digits().is_none_or(|digits| digits >= 15));
     }
 }
@@ -162,11 +158,8 @@ output = { end_time = 0.5, interval = 0.001 }
 "#;
     let (record, certificate) = certified(text, &[], 18);
     assert_eq!(certificate.verdict, Verdict::Converged);
-    let separation = certificate
-        .events
-        .iter()
-        .find(|event| event.kind == "separation")
-        .unwrap();
+    let mut events = certificate.events.iter();
+    let separation = events.find(|event| event.kind == "separation").unwrap();
     let error = separation.true_error.unwrap().abs();
     assert!(error <= separation.ladder_uncertainty, "{separation:?}");
     // The force is known to some 1e-15 N, and falls by 1 N/s.
@@ -180,12 +173,8 @@ output = { end_time = 0.5, interval = 0.001 }
         let angle = &omega / &ten_thousand * rational(row.time) + &phase / &thousand;
         let exact = (&mean + &amplitude * sine(&angle)) / &thousand;
         let error = (rational(record.values(index)[column]) - exact).to_f64().unwrap().abs();
-        let stretch = certificate
-            .bands
-            .stretches
-            .iter()
-            .find(|stretch| row.time < stretch.end)
-            .unwrap();
+        let mut stretches = certificate.bands.stretches.iter();
+        let stretch = stretches.find(|stretch| row.time < stretch.end).unwrap();
         let band = stretch.at_fixed_time(column);
         assert!(error <= band, "{}: {error:e}, band {band:e}", row.time);
         checked += 1;

@@ -1,7 +1,6 @@
 //! Separations, contacts and the order of events at one instant against the oracle.
 
-use crate::common::cases::{parsed, recorded};
-use crate::common::random_brakes::{difference, exact_events};
+use crate::common::cases::{errors, exact_events, kinds, parsed, recorded};
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind};
@@ -36,26 +35,15 @@ fn released(rest: f64, end: f64, more: &[&str]) -> Vec<String> {
 
 /// The same events in the same order; separations and contacts agree to a unit of the double that holds their time.
 fn check(name: &str, settings: &[String]) -> Vec<EventKind> {
+    use EventKind::{Contact, Corner, Separation};
     let (events, exact) = both(settings);
-    let kinds: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
-    let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
-    assert_eq!(kinds, expected, "{name}");
-    for (event, exact) in events.iter().zip(&exact) {
-        let error = difference(event.time, &exact.time).abs();
+    for (event, error) in events.iter().zip(errors(name, &events, &exact)) {
         // A unit in the last place; in a separation also the rounding of F and its slope, of 2000 N and 2e5 N/s here.
         let allowed = f64::EPSILON * event.time + 1e-17;
-        let by_force = matches!(
-            event.kind,
-            EventKind::Separation | EventKind::Contact | EventKind::Corner
-        );
-        assert!(
-            !by_force || error <= allowed,
-            "{name}: {} at {} is off by {error:e} s",
-            event.kind.name(),
-            event.time
-        );
+        let by_force = matches!(event.kind, Separation | Contact | Corner);
+        assert!(!by_force || error <= allowed, "{name}: {event:?} is off by {error:e} s");
     }
-    kinds
+    kinds(&events)
 }
 
 /// After a rest the pressing force grows from the remaining ringing with the square of the time, so that a rounding of

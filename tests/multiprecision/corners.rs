@@ -5,8 +5,8 @@
 
 use crate::common::campaign::corners;
 use crate::common::campaign::hold_drawn;
-use crate::common::cases::{parsed, recorded, source, truth};
-use crate::common::random_brakes::{Random, difference};
+use crate::common::cases::{difference, parsed, recorded, source, truth};
+use crate::common::random_brakes::Random;
 use std::fmt::Write as _;
 use std::ops::Range;
 use stickslip::case::{Case, CaseSource};

@@ -3,10 +3,9 @@
 //! The tolerances are those that the program promises: 1e-9 s by default and 1e-11 s at rtol = 1e-13, also for
 //! `cvode`; 1e-6 s and 3e-8 s for the pure methods; and 1e-12 s for `series` at any rtol from the default on.
 
-use crate::common::random_brakes::{difference, exact_events};
-use crate::common::{disks, event_sequence, largest_event_error, largest_sample_error, output, run, solver, truth};
-use stickslip::case::{Case, CaseSource};
-use stickslip::record::EventKind;
+use crate::common::cases::{built_in, errors, exact_events, recorded};
+use crate::common::{largest_event_error, largest_sample_error, output, run, solver, truth};
+use stickslip::case::CaseSource;
 use stickslip::simulation::{Method, SolverOptions};
 
 fn check(case: &str, method: Method, rtol: f64, limit: f64) {
@@ -78,69 +77,14 @@ fn multiprecision_unperturbed_series() {
 #[test]
 fn multiprecision_release_cvode() {
     let source = CaseSource::built_in("release").unwrap();
-    let case = Case::read(&source, &[]).unwrap();
-    let mut exact = exact_events(&source, &[], case.output.end_time, 33);
-    exact.retain(|event| event.kind.in_event_sequence());
+    let mut case = built_in("release", &["solver.method=cvode"]);
+    let exact = exact_events(&source, &[], case.output.end_time, 33);
     for (rtol, limit) in [(default_rtol(), 1e-9), (1e-13, 1e-11)] {
-        let (recorder, _) = run(
-            &disks(&case),
-            &solver(Method::Cvode, rtol),
-            &output(case.output.end_time, 0.01),
-        );
-        let word = event_sequence(&recorder);
-        let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.collect::<Vec<_>>();
-        assert_eq!(
-            kinds(&mut word.iter().map(|event| event.0)),
-            kinds(&mut exact.iter().map(|event| event.kind))
-        );
-        let errors = word
-            .iter()
-            .zip(&exact)
-            .map(|(own, exact)| difference(own.1, &exact.time).abs());
-        let error = errors.fold(0.0, f64::max);
+        case.solver.rtol = rtol;
+        let error = errors("release", &recorded(&case).events, &exact)
+            .into_iter()
+            .fold(0.0, f64::max);
         println!("release cvode {rtol:e}: events {error:.2e} s");
         assert!(error < limit, "release: an event is off by {error:e} s");
-    }
-}
-
-/// The slow manifold at the samples before the kick, from the momentum of the true state alone: the whole state to
-/// 1e-13 of its size, far from the instability and 60 ms before the stop.
-#[test]
-fn multiprecision_slow_manifold() {
-    use stickslip::model::equations::SystemEquations;
-    use stickslip::model::slow_manifold::{Slip, on_slow_manifold};
-    use stickslip::model::system::System;
-    use stickslip::signal::{Ramp, Signal};
-    for case in ["paper", "si-kick"] {
-        let truth = truth(case);
-        let system = SystemEquations::new(&System::from(&truth.parameters));
-        let (rotor, stator) = (system.rotor.twists, system.stator.twists);
-        let speed = system.rotor.speed.unwrap();
-        let Signal::Ramp(Ramp { value: force, .. }) = truth.parameters.actuation else {
-            panic!("a ramp")
-        };
-        for sample in truth.samples.iter().filter(|s| s.time > 1.5 && s.time < 6.95) {
-            let value = |name: &str| sample.state.iter().find(|(n, _)| n == name).unwrap().1;
-            let mut y = vec![0.0; system.dimension];
-            y[speed] = value("theta_dot");
-            y[rotor + 1] = value("theta_dot") - value("phi2_dot");
-            let slow = on_slow_manifold(&system, &Slip::undriven(1.0, 0, &[force]), &y).state;
-            for (component, name) in [
-                (rotor, "rotor_twist"),
-                (stator, "stator_twist"),
-                (stator + 1, "phi1_dot"),
-                (speed, "theta_dot"),
-            ] {
-                let error = (slow[component] - value(name)).abs();
-                // The given momentum has the rounding of theta_dot, 1e-16 of 60 rad/s at most.
-                let size = value(name).abs().max(1e-12);
-                println!("{case} {} {name} {error:e} {size:e}", sample.time);
-                assert!(
-                    error < 1e-13 * size,
-                    "{case}: {name} at {} is off by {error:e}",
-                    sample.time
-                );
-            }
-        }
     }
 }

@@ -1,29 +1,23 @@
 //! The oracle against the independent multiprecision code (data/truth): every event and every sample.
 
-use crate::common::cases::{built_in, parsed, recorded};
+use crate::common::cases::{by_oracle, errors, exact, exact_events, parsed, recorded};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
-use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::model::system::Pressing;
-use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRequest, rational};
-use stickslip::record::EventKind;
+use stickslip::oracle::{self, ExactDouble, OracleReport, OracleRequest, rational};
 
 /// The truth of a case, and the oracle's run of its built-in case.
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {
     let path = format!("{}/data/truth/{truth}.json", env!("CARGO_MANIFEST_DIR"));
     let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    let exact = Case::exact(&CaseSource::built_in(case).unwrap(), &[]).unwrap().system;
-    let samples = truth["samples"].as_array().unwrap();
-    let options = OracleOptions {
-        digits,
-        end_time: decimal(&truth["parameters"]["t_end"]),
-        sample_times: samples.iter().map(|sample| decimal(&sample["time"])).collect(),
-        ..OracleOptions::default()
-    };
-    let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let exact = exact(&CaseSource::built_in(case).unwrap(), &[]);
+    let samples = truth["samples"].as_array().unwrap().iter();
+    let times = samples.map(|sample| decimal(&sample["time"])).collect();
+    let end = truth["parameters"]["t_end"].as_str().unwrap();
+    let report = by_oracle(&exact, digits, end, times);
     (truth, report)
 }
 
@@ -85,26 +79,18 @@ fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
 // Times agree to 29 digits and more, states to 24: the truth's 33 digits minus the growth of its rounding; the error
 // of a state is the error of a time multiplied by 2 pi/T_n. More digits of the oracle do not change these numbers.
 
+/// The truth of `unperturbed` has 120 digits; 70 digits minus the growth of e^88 leave some 35.
 #[test]
-fn multiprecision_paper() {
-    let (truth, report) = solved("paper", "paper", 33);
-    let (times, states) = agreement(&truth, &report);
-    assert!(times > 28.0 && states > 23.0);
-}
-
-#[test]
-fn multiprecision_paper_si() {
-    let (truth, report) = solved("paper-si", "si-kick", 33);
-    let (times, states) = agreement(&truth, &report);
-    assert!(times > 28.0 && states > 23.0);
-}
-
-/// The truth has 120 digits; 70 digits minus the growth of e^88 leave some 35.
-#[test]
-fn multiprecision_unperturbed() {
-    let (truth, report) = solved("unperturbed", "si-unperturbed", 70);
-    let (times, states) = agreement(&truth, &report);
-    assert!(times > 35.0 && states > 30.0);
+fn multiprecision_the_truth_files() {
+    for (case, truth, digits, [of_times, of_states]) in [
+        ("paper", "paper", 33, [28.0, 23.0]),
+        ("paper-si", "si-kick", 33, [28.0, 23.0]),
+        ("unperturbed", "si-unperturbed", 70, [35.0, 30.0]),
+    ] {
+        let (truth, report) = solved(case, truth, digits);
+        let (times, states) = agreement(&truth, &report);
+        assert!(times > of_times && states > of_states, "{case}: {times}, {states}");
+    }
 }
 
 /// The oracle in place of the code that made the truth files. With twice their digits it reproduces their events and
@@ -129,53 +115,10 @@ fn multiprecision_twice_the_digits_give_the_truth_files() {
     }
 }
 
-/// 13 digits are too few: their rounding grows into stick-slip, as do the 33 digits of the truth file's method. (Asked
-/// for 33, the oracle computes with words that hold more.)
-#[test]
-#[ignore = "for the other checks; the default ones have the same run with 70 digits"]
-fn multiprecision_unperturbed_is_noise_to_13_digits() {
-    let (_, report) = solved("unperturbed", "si-unperturbed", 13);
-    let sticks = report.events.iter().filter(|e| e.kind == EventKind::Stick).count();
-    assert!(sticks > 1, "{sticks}");
-}
-
-fn release(digits: u32) -> OracleReport {
-    let exact = Case::exact(&CaseSource::built_in("release").unwrap(), &[])
-        .unwrap()
-        .system;
-    let options = OracleOptions {
-        digits,
-        end_time: rational("1.2").unwrap(),
-        ..OracleOptions::default()
-    };
-    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
-}
-
-/// With 50 digits instead of 33 every event keeps its place. The arithmetic has 38 digits, and a perturbation that
-/// grows by e^14 takes six: 30 remain.
-#[test]
-fn multiprecision_more_digits_change_nothing() {
-    let (coarse, fine) = (release(33), release(50));
-    assert_eq!(coarse.events.len(), fine.events.len());
-    for (a, b) in coarse.events.iter().zip(&fine.events) {
-        assert_eq!(a.kind, b.kind);
-        let exact = b.time.to_rational().expect("finite");
-        let scale = exact.clone().max(rational("0.1").unwrap());
-        assert!(
-            digits(&a.time, &exact, &scale) > 30.0,
-            "{} at {}",
-            a.kind.name(),
-            b.time.to_decimal(20)
-        );
-    }
-}
-
 /// The digits that a solution claims are true, however little is known of the growth beforehand. Events by a run with
 /// twenty more digits are within the stated errors, which are not much larger than the differences.
 fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32) -> u32 {
-    let exact = Case::exact(&CaseSource::built_in(case).unwrap(), overrides)
-        .unwrap()
-        .system;
+    let exact = exact(&CaseSource::built_in(case).unwrap(), overrides);
     let request = OracleRequest {
         digits: 25,
         growth,
@@ -184,12 +127,7 @@ fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32
         ..OracleRequest::default()
     };
     let solution = oracle::solve(&exact, &request, &()).unwrap();
-    let options = OracleOptions {
-        digits: solution.digits_computed + 20,
-        end_time: request.end_time.clone(),
-        ..OracleOptions::default()
-    };
-    let finer = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let finer = by_oracle(&exact, solution.digits_computed + 20, end, Vec::new());
     assert_eq!(finer.events.len(), solution.report.events.len());
     let mut widest: f64 = f64::INFINITY;
     for (index, (found, exact)) in solution.report.events.iter().zip(&finer.events).enumerate() {
@@ -231,37 +169,12 @@ fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
     assert!(claims("unperturbed", &overrides, 0.0, "0.4", 25) >= 60);
 }
 
-/// Separations, contacts, corners and a kick at the instability: the solvers' run has the same events, within its own
-/// promise of 1e-9 s.
-#[test]
-fn multiprecision_release_agrees_with_the_solvers() {
-    let case = built_in("release", &[]);
-    let report = release(33);
-    let recorder = recorded(&case);
-    let kinds: Vec<_> = report.events.iter().map(|e| e.kind).collect();
-    assert_eq!(kinds, recorder.events.iter().map(|e| e.kind).collect::<Vec<_>>());
-    for kind in [
-        EventKind::Separation,
-        EventKind::Contact,
-        EventKind::Corner,
-        EventKind::Destabilised,
-    ] {
-        assert!(kinds.contains(&kind), "no {}", kind.name());
-    }
-    for (exact, event) in report.events.iter().zip(&recorder.events) {
-        let error = event.time - exact.time.to_f64();
-        assert!(error.abs() < 1e-9, "{} at {}: {error:e}", event.kind.name(), event.time);
-    }
-}
-
 /// The parameters are those of the truth files, to all digits printed there.
 #[test]
 fn multiprecision_units_are_converted_exactly() {
     let truth: serde_json::Value =
         serde_json::from_str(include_str!("../../data/truth/paper.json")).expect("valid JSON");
-    let exact = Case::exact(&CaseSource::built_in("paper").unwrap(), &[])
-        .unwrap()
-        .system;
+    let exact = exact(&CaseSource::built_in("paper").unwrap(), &[]);
     let Pressing::Axial { axial, .. } = &exact.pressing else {
         panic!("{:?}", exact.pressing)
     };
@@ -278,11 +191,8 @@ fn multiprecision_units_are_converted_exactly() {
     ] {
         let printed = truth["parameters"][name].as_str().unwrap();
         let digits = printed.chars().filter(char::is_ascii_digit).count();
-        assert_eq!(
-            rational(&stickslip::oracle::decimal(value, digits)),
-            rational(printed),
-            "{name}"
-        );
+        let found = rational(&stickslip::oracle::decimal(value, digits));
+        assert_eq!(found, rational(printed), "{name}");
     }
 }
 
@@ -303,30 +213,11 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
         let overrides = parsed(&settings);
         let source = CaseSource::built_in("paper-si").unwrap();
         let case = Case::read(&source, &overrides).unwrap();
-        let recorder = recorded(&case);
-        let options = OracleOptions {
-            digits: 33,
-            end_time: rational(&format!("{}", case.output.end_time)).unwrap(),
-            ..OracleOptions::default()
-        };
-        let exact = Case::exact(&source, &overrides).unwrap().system;
-        let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.map(EventKind::name).collect::<Vec<_>>();
-        assert_eq!(
-            kinds(&mut report.events.iter().map(|event| event.kind)),
-            kinds(&mut recorder.events.iter().map(|event| event.kind)),
-            "decay {decay}"
-        );
+        let events = recorded(&case).events;
+        let exact = exact_events(&source, &overrides, case.output.end_time, 33);
+        let off = errors(&format!("decay {decay}"), &events, &exact);
         // With at least a reversal; otherwise there is nothing to compare.
-        assert!(recorder.events.len() > 3, "decay {decay}: {}", recorder.events.len());
-        for (own, exact) in recorder.events.iter().zip(&report.events) {
-            let off = ExactDouble::from_f64(own.time, 64).minus(&exact.time).abs();
-            assert!(
-                off < 1e-12,
-                "decay {decay}: {:?} at {} off by {off:e}",
-                own.kind,
-                own.time
-            );
-        }
+        assert!(events.len() > 3, "decay {decay}: {}", events.len());
+        assert!(off.iter().all(|off| *off < 1e-12), "decay {decay}: {off:?}");
     }
 }

@@ -345,10 +345,8 @@ mod margin {
             let at = |k: i32| impedance(surfaces, 0.5 * (1.0 + 1e-5f64).powi(k));
             let zeros = (0..500_000).filter(|k| at(*k)[1] * at(k + 1)[1] <= 0.0);
             let least = zeros.map(|k| 2.0 * at(k)[0]).fold(f64::INFINITY, f64::min);
-            assert!(
-                (found - least).abs() < 1e-3 * least,
-                "{surfaces:?}: {found} and {least}"
-            );
+            let error = (found - least).abs();
+            assert!(error < 1e-3 * least, "{surfaces:?}: {found} and {least}");
         }
     }
 

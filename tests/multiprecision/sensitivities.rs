@@ -2,8 +2,7 @@
 
 use crate::common::cases::{parsed, recorded, truth};
 use num_rational::BigRational;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rayon::prelude::*;
 use stickslip::analysis::linearised::{Linearised, linearise};
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::model::nearest_double;
@@ -123,33 +122,27 @@ fn linearised(name: &str, settings: &[&str]) -> (CaseSource, Vec<Override>, Line
     (source, changes, linearised)
 }
 
-/// Compares the derivatives of a case by the `wanted` parameters (index and path) with the oracle, on two threads.
+/// Compares the derivatives of a case by the `wanted` parameters (index and path) with the oracle.
 fn check(name: &str, settings: &[&str], wanted: impl Fn(usize, &str) -> bool) {
     let (source, changes, linearised) = linearised(name, settings);
     let parameters = linearised.parameters.iter().enumerate();
-    let numbers: Vec<usize> = parameters
-        .filter(|(index, number)| wanted(*index, &number.path))
-        .map(|(index, _)| index)
-        .collect();
+    let kept = parameters.filter(|(index, number)| wanted(*index, &number.path));
+    let numbers: Vec<usize> = kept.map(|(index, _)| index).collect();
     assert!(!numbers.is_empty());
     let kinds: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
     let (path, value) = (&linearised.parameters[0].path, linearised.parameters[0].value);
     let unmoved = exact(&source, &changes, (path, value)).unwrap();
     assert!(unmoved.iter().map(|event| event.0).eq(kinds.iter().copied()), "{name}");
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                while let Some(&index) = numbers.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let number = &linearised.parameters[index];
-                    let slopes = differences((&source, &changes), &kinds, &number.path, number.value);
-                    found.lock().unwrap().push((index, slopes));
-                }
-            });
-        }
-    });
+    let slopes = |&index: &usize| {
+        let number = &linearised.parameters[index];
+        (
+            index,
+            differences((&source, &changes), &kinds, &number.path, number.value),
+        )
+    };
+    let found: Vec<_> = numbers.par_iter().map(slopes).collect();
     let (mut compared, mut worst, mut failures) = (0, 0.0f64, Vec::new());
-    for (index, truths) in found.into_inner().unwrap() {
+    for (index, truths) in found {
         let number = &linearised.parameters[index];
         let unit = if number.value == 0.0 { 1.0 } else { number.value.abs() };
         let Some(truths) = truths else {
@@ -264,11 +257,8 @@ fn multiprecision_sensitivities_by_the_parameters_of_stribeck() {
         .iter()
         .position(|p| p.path == "friction.exponent")
         .expect("a parameter");
-    let first = linearised
-        .events
-        .iter()
-        .find(|event| event.kind == EventKind::Stick)
-        .expect("a stick");
+    let mut events = linearised.events.iter();
+    let first = events.find(|event| event.kind == EventKind::Stick).expect("a stick");
     assert!(first.by_parameter[power].value.is_finite() && first.by_parameter[power].value != 0.0);
     check("paper-si", &set, |_, path| of_law(path) && path != "friction.exponent");
 }
@@ -313,11 +303,8 @@ fn multiprecision_growth_covers_the_kick() {
         let recorder = recorded(&case);
         let growth = stickslip::analysis::Growth::of_run(&case.system, &recorder.events, case.output.end_time);
         let gained = growth.and_then(|growth| growth.from_kick).expect("a kick");
-        let first = linearised
-            .events
-            .iter()
-            .find(|e| e.kind == EventKind::Stick)
-            .expect("a stick");
+        let events = linearised.events;
+        let first = events.iter().find(|e| e.kind == EventKind::Stick).expect("a stick");
         let grown = first.growth.expect("after the instability");
         assert!((grown - gained).abs() < 1.5, "{name}: {grown} {gained}");
     }

@@ -5,9 +5,9 @@
 //! method may add a few times that by its own arithmetic; the promise is a hundred times. The median shows that the
 //! measure is not too generous: there `series` must lose at least a hundredth of it.
 
-use crate::common::random_brakes::{difference, exact_events, random_brake, random_release};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use crate::common::cases::{difference, exact_events};
+use crate::common::random_brakes::{random_brake, random_release};
+use rayon::prelude::*;
 use stickslip::Run;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
@@ -38,10 +38,8 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
     let source = CaseSource::built_in(name).unwrap();
     overrides.push(Override::parse("solver.method=series").unwrap());
     let case = Case::read(&source, &overrides).unwrap();
-    assert_eq!(
-        (case.solver.method, case.solver.rtol),
-        (Method::Series, SolverOptions::default().rtol)
-    );
+    let found = (case.solver.method, case.solver.rtol);
+    assert_eq!(found, (Method::Series, SolverOptions::default().rtol));
     let mut recorder = MemoryRecorder::default();
     let end = case.output.end_time;
     Run::new(&case).record(&mut recorder).start().unwrap();
@@ -97,23 +95,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
 
 fn sets(brake: Brake, indices: std::ops::Range<u64>, least_well_conditioned: usize) {
     let number = indices.end - indices.start;
-    let well: Mutex<Vec<Vec<f64>>> = Mutex::new(Vec::new());
-    let next = AtomicU64::new(indices.start);
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= indices.end {
-                        break;
-                    }
-                    let ratios = hold(brake, index);
-                    well.lock().unwrap().extend(ratios);
-                }
-            });
-        }
-    });
-    let well = well.into_inner().unwrap();
+    let well: Vec<Vec<f64>> = indices.into_par_iter().filter_map(|index| hold(brake, index)).collect();
     // A test that omits difficult cases must not omit all of them.
     assert!(well.len() >= least_well_conditioned, "{} of {number}", well.len());
     let mut ratios: Vec<f64> = well.into_iter().flatten().collect();

@@ -1,6 +1,6 @@
 //! The attractor reported for a run: the least period, no period if there is none, and true digits.
 
-use crate::common::cases::{built_in, parsed};
+use crate::common::cases::{built_in, near, parsed};
 use stickslip::SavedRun;
 use stickslip::analysis::{Summary, Witness};
 use stickslip::case::{Case, CaseSource, Origin};
@@ -46,11 +46,7 @@ fn property_the_period_is_the_least_one() {
     let (summary, witness) = run(TWO_SPRINGS, &[]);
     let attractor = summary.attractor().expect("periodic");
     // The period is from an integrator that shares nothing with this program, to its printed digits.
-    assert!(
-        (attractor.period - 2.512147235901).abs() < 1e-11,
-        "{}",
-        attractor.period
-    );
+    near(attractor.period, 2.512147235901, 1e-11);
     assert_eq!(attractor.sticks, 1);
     assert_eq!(witness.expect("a witness").differs_from, None);
 }
@@ -137,10 +133,8 @@ output = { end_time = 20.0 }
         .record(&mut recorder)
         .start()
         .unwrap();
-    let opened = recorder
-        .events
-        .iter()
-        .filter(|event| event.kind == stickslip::record::EventKind::Separation);
+    let events = recorder.events.iter();
+    let opened = events.filter(|event| event.kind == stickslip::record::EventKind::Separation);
     assert_eq!(opened.count(), 0);
 }
 

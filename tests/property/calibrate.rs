@@ -111,11 +111,8 @@ fn property_long_numbers_of_two_brakes_contradict_each_other() {
     let text = study("", &targets);
     let calibration = found(&text);
     let roles: Vec<Role> = calibration.targets.iter().map(|target| target.role).collect();
-    assert_eq!(
-        roles.iter().filter(|role| **role == Role::Contradicts).count(),
-        1,
-        "{roles:?}"
-    );
+    let found = roles.iter().filter(|role| **role == Role::Contradicts).count();
+    assert_eq!(found, 1, "{roles:?}");
     assert_eq!(roles.iter().filter(|role| **role == Role::Held).count(), 1, "{roles:?}");
     let (index, other) = if roles[0] == Role::Contradicts { (0, 1) } else { (1, 0) };
     assert!(calibration.targets[index].together > 1.0);

@@ -1,5 +1,6 @@
 //! The comparison finds the changes that were made in a copy of the reference.
 
+use crate::common::cases::near;
 use crate::common::compare::{compare, compare_quick, csv, events_csv, paper, rows_of, run, word_of, write};
 use crate::common::unlocked;
 use stickslip::compare::{Comparison, Detection, Detector, Mapping, Point, Reference};
@@ -14,11 +15,8 @@ fn changed(variable: &str, change: impl Fn(usize, f64) -> f64) -> Comparison {
     let file = unlocked::open_rw(&copy).unwrap();
     let dataset = file.dataset(variable).unwrap();
     let values = dataset.read_raw::<f64>().unwrap();
-    let values: Vec<f64> = values
-        .into_iter()
-        .enumerate()
-        .map(|(k, value)| change(k, value))
-        .collect();
+    let values = values.into_iter().enumerate();
+    let values: Vec<f64> = values.map(|(k, value)| change(k, value)).collect();
     dataset.write(&values).unwrap();
     drop((dataset, file));
     compare(&copy, &Mapping::default())
@@ -32,11 +30,8 @@ fn word_rows() -> Vec<usize> {
 }
 
 fn channel(c: &Comparison, name: &str) -> f64 {
-    c.channels
-        .iter()
-        .filter(|row| row.channel == name)
-        .map(|row| row.max)
-        .fold(0.0, f64::max)
+    let channels = c.channels.iter().filter(|row| row.channel == name);
+    channels.map(|row| row.max).fold(0.0, f64::max)
 }
 
 #[test]
@@ -46,11 +41,8 @@ fn property_a_copy_has_no_errors() {
     assert!(c.sequence.is_empty() && c.causes.is_empty());
     assert_eq!(c.samples_too_sparse, 0);
     // Rounding of one polynomial: the digits of the largest value of a channel, minus one.
-    let worst = c
-        .channels
-        .iter()
-        .filter_map(|row| row.scd)
-        .fold(f64::INFINITY, f64::min);
+    let channels = c.channels.iter();
+    let worst = channels.filter_map(|row| row.scd).fold(f64::INFINITY, f64::min);
     assert!(worst > 12.0, "{:?}", c.channels);
 }
 
@@ -58,11 +50,7 @@ fn property_a_copy_has_no_errors() {
 fn property_the_error_of_one_event_comes_back() {
     let row = word_rows()[11];
     let c = changed("events/time", |k, t| if k == row { t + 3.5e-8 } else { t });
-    assert!(
-        (c.event_errors.max.unwrap() - 3.5e-8).abs() < 2e-15,
-        "{:?}",
-        c.event_errors.max
-    );
+    near(c.event_errors.max.unwrap(), 3.5e-8, 2e-15);
     let off: Vec<_> = c.event_errors.events.iter().filter(|e| e.error != 0.0).collect();
     assert_eq!((off.len(), off[0].position), (1, 11));
     assert!((c.event_errors.rms.unwrap() - 3.5e-8 / 95f64.sqrt()).abs() < 1e-15);
@@ -72,18 +60,11 @@ fn property_the_error_of_one_event_comes_back() {
 fn property_the_error_of_one_channel_comes_back() {
     let c = changed("trajectory/rotor_twist", |k, u| if k == 7000 { u + 2e-9 } else { u });
     // The interpolation rounds by 1e-21 rad.
-    assert!(
-        (channel(&c, "rotor_twist") - 2e-9).abs() < 1e-17,
-        "{}",
-        channel(&c, "rotor_twist")
-    );
+    near(channel(&c, "rotor_twist"), 2e-9, 1e-17);
     assert!(channel(&c, "phi1") < 1e-17);
     let time = ResultFile::open(paper()).unwrap().column("time", 7000..7001).unwrap()[0];
-    let worst = c
-        .channels
-        .iter()
-        .filter(|row| row.channel == "rotor_twist")
-        .max_by(|a, b| a.max.total_cmp(&b.max));
+    let channels = c.channels.iter().filter(|row| row.channel == "rotor_twist");
+    let worst = channels.max_by(|a, b| a.max.total_cmp(&b.max));
     assert_eq!(worst.unwrap().max_at, time);
 }
 
@@ -133,10 +114,8 @@ fn property_a_shifted_run_has_the_errors_of_its_shift_and_none_in_its_phase() {
         .map(|(t, values)| (t + shift, values))
         .collect();
     let series = write(&folder, "shifted.csv", &csv(&shifted));
-    let word: Vec<(f64, String)> = word_of(paper())
-        .into_iter()
-        .map(|(t, kind)| (t + shift, kind))
-        .collect();
+    let word = word_of(paper()).into_iter().map(|(t, kind)| (t + shift, kind));
+    let word: Vec<(f64, String)> = word.collect();
     let mapping = Mapping {
         event_file: Some(write(&folder, "events.csv", &events_csv(&word))),
         ..Mapping::default()
@@ -156,12 +135,8 @@ fn property_events_found_in_a_series_are_those_of_its_table() {
     let folder = tempfile::tempdir().unwrap();
     let series = write(&folder, "series.csv", &csv(&rows_of(paper(), 6.966)));
     let c = compare(&series, &Mapping::default());
-    assert_eq!(
-        (c.missing, c.spurious, c.event_errors.matched),
-        (0, 0, 95),
-        "{}",
-        c.verdict
-    );
+    let found = (c.missing, c.spurious, c.event_errors.matched);
+    assert_eq!(found, (0, 0, 95), "{}", c.verdict);
     assert!(c.detection.is_some());
     // The error of a parabola and a cubic over samples of T_n/96 is about (3 * 2 pi/96)^2/2, 2 %, of a sample of 2.5
     // us at a breakaway, and less at a stop.
@@ -175,27 +150,20 @@ fn property_a_sparse_reference_is_run_again_for_its_states() {
     let sparse = folder.path().join("sparse.h5");
     // There is no window: one sample in 10 ms, none of them in the middle of a stick or slip.
     run(&sparse, "paper", &["output.window=[]", "output.around=none"]);
-    let c = Reference::open(&sparse)
-        .unwrap()
-        .compare(paper(), &Mapping::default())
-        .unwrap();
+    let reference = Reference::open(&sparse).unwrap();
+    let c = reference.compare(paper(), &Mapping::default()).unwrap();
     assert!(c.reference_repeated);
     assert_eq!(c.samples_too_sparse, 0);
     // The rounding of an event's time is 1e-13 s on the clock of its segment, at 8e3 rad/s^2.
-    assert!(
-        channel(&c, "relative_velocity") < 2e-9,
-        "{}",
-        channel(&c, "relative_velocity")
-    );
+    let found = channel(&c, "relative_velocity");
+    assert!(found < 2e-9, "{found}");
 }
 
 #[test]
 fn property_a_part_of_a_run_is_held_against_that_part() {
     let folder = tempfile::tempdir().unwrap();
-    let rows: Vec<_> = rows_of(paper(), 6.9771)
-        .into_iter()
-        .filter(|(t, _)| *t < 6.98)
-        .collect();
+    let rows = rows_of(paper(), 6.9771).into_iter().filter(|(t, _)| *t < 6.98);
+    let rows: Vec<_> = rows.collect();
     let c = compare(&write(&folder, "part.csv", &csv(&rows)), &Mapping::default());
     assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
     assert!(c.reference_events > 10 && c.reference_events < 40);
@@ -217,12 +185,8 @@ fn property_the_energy_balance_of_a_result_closes_and_a_false_rate_opens_it() {
     });
     let series = write(&folder, "drift.csv", &csv(&wrong.collect()));
     let right = write(&folder, "right.csv", &csv(&rows_of(paper(), 6.966)));
-    assert!(
-        of(&series).max > 100.0 * of(&right).max,
-        "{:?} {:?}",
-        of(&series),
-        of(&right)
-    );
+    let found = of(&series).max;
+    assert!(found > 100.0 * of(&right).max, "{:?} {:?}", of(&series), of(&right));
 }
 
 /// Samples inside a continuing slip are skipped. The result is the same to the bit, wherever blocks end.

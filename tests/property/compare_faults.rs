@@ -140,12 +140,7 @@ fn property_units_are_recognised() {
             &write(&folder, "units.csv", &csv(&wrong.collect())),
             &Mapping::default(),
         );
-        assert_eq!(
-            causes(&c).first(),
-            Some(&CauseKind::WrongUnits),
-            "{unit}: {}",
-            c.verdict
-        );
+        assert_eq!(causes(&c)[0], CauseKind::WrongUnits, "{unit}: {}", c.verdict);
         says(&c.verdict, &[unit, NAMES[column]]);
     }
     // Torque in lbf in, together with a correct relative velocity.

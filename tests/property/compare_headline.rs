@@ -246,12 +246,8 @@ fn property_creep_through_a_whole_run_is_the_headline() {
     let c = grip.compared(&series("t,x,v", (0..=1000).map(row)), |_| {});
     says(&c.verdict, &["creeps at 1.584e-4 m/s", "1.58e-4 m in 1.000 s"]);
     assert!(!c.verdict.contains("17.0 digits"), "{}", c.verdict);
-    assert_eq!(
-        (c.samples, causes(&c)),
-        (1001, vec![CauseKind::RegularisedLaw]),
-        "{}",
-        c.verdict
-    );
+    let found = (c.samples, causes(&c));
+    assert_eq!(found, (1001, vec![CauseKind::RegularisedLaw]), "{}", c.verdict);
     let creep = c.score.unwrap().creep.unwrap();
     assert!((creep.candidate / speed - 1.0).abs() < 1e-9 && creep.relative.is_finite());
 }
@@ -283,22 +279,16 @@ fn property_states_at_one_time_are_compared_at_one_time() {
             (mapping.velocity_tolerance, mapping.quick) = (Some(tolerance), true);
         });
         assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
-        let worst = c
-            .channels
-            .iter()
-            .filter(|row| row.channel == "theta")
-            .map(|row| row.max);
+        let channels = c.channels.iter();
+        let worst = channels.filter(|row| row.channel == "theta").map(|row| row.max);
         assert!(
             worst.reduce(f64::max).is_some_and(|worst| worst < 2e-5),
             "{tolerance}: {:?}",
             c.channels
         );
         // Samples are 5 ms apart.
-        assert!(
-            c.event_errors.largest_bound() < 0.011,
-            "{tolerance}: {:?}",
-            c.event_errors
-        );
+        let found = c.event_errors.largest_bound();
+        assert!(found < 0.011, "{tolerance}: {:?}", c.event_errors);
         assert!(
             c.event_errors.max.is_some_and(|max| max < 5e-3),
             "{tolerance}: {:?}",
@@ -323,12 +313,8 @@ fn property_rounded_tables_agree_to_their_resolution() {
     ];
     for (name, print) in prints {
         let c = wiper.compared(&wiper.table(&OF_WIPER, 1e-3, |_, value| print(value)), |_| {});
-        assert_eq!(
-            (c.reference_events, c.candidate_events),
-            (29, 29),
-            "{name}: {}",
-            c.verdict
-        );
+        let found = (c.reference_events, c.candidate_events);
+        assert_eq!(found, (29, 29), "{name}: {}", c.verdict);
         agrees(&c);
         assert!(c.unexplained.is_none(), "{name}: {}", c.verdict);
     }

@@ -78,10 +78,8 @@ fn columns_of_state(file: &ResultFile) -> Vec<String> {
         names.map(|name| format!("{side}_{name}")).collect()
     };
     let all = short.map(str::to_owned).into_iter();
-    let all = all
-        .chain(of_parts("rotor"))
-        .chain(of_parts("stator"))
-        .chain(["relative_velocity".to_owned()]);
+    let all = all.chain(of_parts("rotor"));
+    let all = all.chain(of_parts("stator")).chain(["relative_velocity".to_owned()]);
     all.filter(|name| file.column(name, 0..0).is_ok()).collect()
 }
 

@@ -4,7 +4,6 @@ mod certification {
     use std::time::Instant;
     use stickslip::Run;
     use stickslip::analysis::Deadline;
-    use stickslip::analysis::certificate::CertifyError;
     use stickslip::analysis::certification::{Certify, of_written};
     use stickslip::analysis::certify;
     use stickslip::case::{Case, CaseSource, Override, WrittenCase};
@@ -45,7 +44,7 @@ mod certification {
         // The ladder, too, gets only the remaining time.
         let late = Certify::new(&case).until(nothing).start(&result);
         assert!(
-            matches!(&late, Err(CertifyError::Run(why)) if why.contains("wall time")),
+            matches!(&late, Err(error) if error.message.contains("wall time")),
             "{late:?}"
         );
     }

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 use stickslip::Sweep;
-use stickslip::sweep::{Executor, Study, StudySource, SweepError, evaluate};
+use stickslip::sweep::{Executor, Study, StudySource, evaluate};
+use stickslip_analysis::ErrorKind;
 
 const MAP: &str = r#"
 case = "paper"
@@ -74,7 +75,7 @@ fn property_an_executor_gives_the_file_of_threads() {
             match Sweep::new(&study, &many).resume(true).executor(&mut executor).start() {
                 Ok(report) => break report,
                 Err(error) => {
-                    assert!(matches!(error, SweepError::Executor(_)), "{error}");
+                    assert!(matches!(error.kind, ErrorKind::Executor), "{error}");
                     assert_eq!(error.to_string(), "the executor failed: a worker died");
                     assert!(executor.cancelled);
                     failures += 1;

@@ -218,11 +218,8 @@ fn error_of_cycle(index: u64) -> Option<Result<f64, String>> {
     let kinds =
         |shot: &stickslip::simulation::Shot| shot.events.iter().map(|event| event.kind).collect::<Vec<EventKind>>();
     let n = state.len();
-    let sizes: Vec<f64> = own
-        .sizes
-        .iter()
-        .map(|&size| if size > 0.0 { size } else { 1.0 })
-        .collect();
+    let sizes = own.sizes.iter();
+    let sizes: Vec<f64> = sizes.map(|&size| if size > 0.0 { size } else { 1.0 }).collect();
     let end = |system: &System, state: &DVector<f64>| {
         let shot = shot(system, state, None)?;
         (kinds(&shot) == kinds(&own)).then(|| DVector::from_fn(n, |i, _| shot.end[i] / sizes[i]))
@@ -257,10 +254,8 @@ fn error_of_cycle(index: u64) -> Option<Result<f64, String>> {
         worst = worst.max(apart(found.as_slice(), expected.as_slice()) / largest);
     }
     if worst > EIGHT_DIGITS {
-        let multipliers = orbit
-            .multipliers
-            .iter()
-            .map(|one| format!("{:.9}{:+.9}i", one.real, one.imaginary));
+        let multipliers = orbit.multipliers.iter();
+        let multipliers = multipliers.map(|one| format!("{:.9}{:+.9}i", one.real, one.imaginary));
         let expected = eigenvalues(&matrix);
         return Some(Err(format!(
             "cycle {index}: off by {worst:.1e}; multipliers {:?}, differences have {expected:?}\n{text}",
@@ -386,11 +381,8 @@ fn property_multipliers_of_a_stick_that_ends_by_a_signal() {
         (belt.to_owned(), -0.108926),
     ] {
         let (_, orbit) = orbit_of(&text).unwrap();
-        let free = orbit
-            .multipliers
-            .iter()
-            .find(|one| one.kind == MultiplierKind::Free)
-            .unwrap();
+        let mut multipliers = orbit.multipliers.iter();
+        let free = multipliers.find(|one| one.kind == MultiplierKind::Free).unwrap();
         near(free.real, multiplier, 6e-7);
         assert_eq!(orbit.stability, CycleStability::Stable);
     }

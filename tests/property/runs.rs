@@ -148,13 +148,8 @@ fn check_growth(run_: &Run, recorder: &MemoryRecorder, summary: &Summary) -> Res
         return Ok(());
     };
     let lost = |e: &&stickslip::record::Event| e.kind == EventKind::Destabilised && e.time == instability;
-    let speed = recorder
-        .events
-        .iter()
-        .find(lost)
-        .expect("the loss")
-        .before
-        .relative_velocity;
+    let mut events = recorder.events.iter();
+    let speed = events.find(lost).expect("the loss").before.relative_velocity;
     let end = summary.onset_time.unwrap_or(summary.end);
     let rigid = rigid_growth(&run_.parameters, instability, speed, end);
     prop_assert!(
@@ -230,11 +225,8 @@ fn property_series_and_arkode_agree() {
             let margin = kick_over_noise(&summary);
             let (word, expected) = (event_sequence(&recorder), event_sequence(&arkode));
             let kinds = |w: &[(EventKind, f64)]| w.iter().map(|e| e.0.name()).collect::<Vec<_>>();
-            let worst = word
-                .iter()
-                .zip(&expected)
-                .map(|(a, b)| (a.1 - b.1).abs())
-                .fold(0.0, f64::max);
+            let pairs = word.iter().zip(&expected);
+            let worst = pairs.map(|(a, b)| (a.1 - b.1).abs()).fold(0.0, f64::max);
             let (mut compared, mut close, mut noise, mut events, mut largest) = counts.get();
             if summary.noise_determined || margin <= 14.0 {
                 noise += 1;

@@ -1,6 +1,6 @@
 //! Effect of half a unit in the last digit of a parameter on the final stick: by slopes and by reruns.
 
-use crate::common::cases::{built_in, recorded};
+use crate::common::cases::{built_in, near, recorded};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{
@@ -77,11 +77,7 @@ fn analytic_shifts_of_the_stop_under_constant_friction() {
     assert_eq!(found.without_reruns, None);
     let at = |path: &str| case.number(path).unwrap();
     // The rounding is that of a sum of about 1e3 steps up to the stop.
-    assert!(
-        (found.time - stop("initial.speed", 6.0)).abs() < 1e-12,
-        "{}",
-        found.time
-    );
+    near(found.time, stop("initial.speed", 6.0), 1e-12);
     for (path, half) in halves {
         let row = row(&found, path);
         let mut bent = 0.0_f64;
@@ -94,10 +90,8 @@ fn analytic_shifts_of_the_stop_under_constant_friction() {
         {
             let exact = stop(path, value) - stop(path, at(path));
             let shift = rerun.shift.unwrap();
-            assert_eq!(
-                (rerun.value, rerun.outcome, rerun.sticks),
-                (value, RerunOutcome::SameEvents, Some(1))
-            );
+            let got = (rerun.value, rerun.outcome, rerun.sticks);
+            assert_eq!(got, (value, RerunOutcome::SameEvents, Some(1)));
             assert!((shift - exact).abs() < 1e-12, "{path} {value}: {shift:e} {exact:e}");
             let predicted = row.slope.unwrap() * (value - at(path));
             bent = bent.max((shift - predicted).abs() / shift.abs().max(predicted.abs()));
@@ -126,10 +120,8 @@ fn property_small_changes_move_the_final_stick_as_the_slope_says() {
         "initial.speed",
         "perturbation.0.relative_velocity",
     ];
-    let halves: Vec<(&str, f64)> = paths
-        .iter()
-        .map(|path| (*path, 1e-6 * case.number(path).unwrap()))
-        .collect();
+    let values = paths.iter().map(|path| (*path, 1e-6 * case.number(path).unwrap()));
+    let halves: Vec<(&str, f64)> = values.collect();
     let found = sensitivities(&case, &halves).unwrap();
     for (path, half) in halves {
         let row = row(&found, path);
@@ -152,10 +144,8 @@ fn property_a_tangential_take_off_is_one_sided() {
     let breakaway = row(&found, "friction.breakaway");
     assert!(breakaway.predicted().unwrap().abs() < 1e-12);
     let [below, above] = breakaway.reruns.as_ref().unwrap();
-    assert_eq!(
-        (below.outcome, below.shift, below.sticks),
-        (RerunOutcome::Invalid, None, None)
-    );
+    let got = (below.outcome, below.shift, below.sticks);
+    assert_eq!(got, (RerunOutcome::Invalid, None, None));
     assert_eq!(below.remark, "friction.breakaway: must be at least friction.low_speed");
     assert!(above.shift.unwrap().abs() > 1e-7, "{above:?}");
     assert_eq!(breakaway.nonlinear(), Some(true));

@@ -42,8 +42,8 @@ mod partition {
 mod journal {
     use proptest::prelude::*;
     use stickslip::record::EventKind;
-    use stickslip::sweep::{EventRow, PointOutcome};
-    use stickslip::sweep::{Existing, Journal, JournalError};
+    use stickslip::sweep::{EventRow, Existing, Journal, PointOutcome};
+    use stickslip_analysis::ErrorKind;
 
     fn outcome(number: u64) -> PointOutcome {
         let result = if number % 3 == 1 {
@@ -103,30 +103,27 @@ mod journal {
         let mut journal = Journal::open(&path, DIGEST, Existing::Refuse).unwrap();
         journal.append(&[outcome(3)]).unwrap();
         let open = |digest: &str, existing| Journal::open(&path, digest, existing);
-        assert!(matches!(
-            open(DIGEST, Existing::Resume),
-            Err(JournalError::InUse { .. })
-        ));
+        let refused = |digest: &str, existing, why: &str| {
+            let error = open(digest, existing).unwrap_err();
+            assert!(matches!(error.kind, ErrorKind::Input), "{error:?}");
+            assert!(error.message.contains(why), "{error}");
+        };
+        refused(DIGEST, Existing::Resume, "another sweep is writing there");
         drop(journal);
         let other = DIGEST.replace('0', "f");
-        assert!(matches!(
-            open(&other, Existing::Resume),
-            Err(JournalError::OtherStudy { .. })
-        ));
-        assert!(matches!(
-            open(DIGEST, Existing::Refuse),
-            Err(JournalError::Unfinished { points: 1, .. })
-        ));
+        refused(
+            &other,
+            Existing::Resume,
+            "belongs to another study, or to this one before it was changed",
+        );
+        refused(DIGEST, Existing::Refuse, "holds 1 points of an interrupted study");
         assert_eq!(open(&other, Existing::Discard).unwrap().points(), 0);
         std::fs::write(
             &path,
             "something else that is long enough to be somebody's text, and is not ours at all.",
         )
         .unwrap();
-        assert!(matches!(
-            open(DIGEST, Existing::Resume),
-            Err(JournalError::Foreign { .. })
-        ));
+        refused(DIGEST, Existing::Resume, "not the journal of a sweep");
     }
 }
 

@@ -19,18 +19,14 @@ const SHORT: &str = "output={end_time=0.05, interval=0.01}";
 #[test]
 fn property_each_kind_of_warning_is_a_value() {
     assert_eq!(warned("paper-si", &[]), []);
-    assert_eq!(
-        warned("paper-si", &[SHORT]),
-        [Warning::KicksAfterTheEnd { count: 1, end: 0.05 }]
-    );
-    assert_eq!(
-        warned("release", &[SHORT]),
-        [Warning::KicksWithoutInstability {
-            count: 1,
-            end: 0.05,
-            stuck: false
-        }]
-    );
+    let found = warned("paper-si", &[SHORT]);
+    assert_eq!(found, [Warning::KicksAfterTheEnd { count: 1, end: 0.05 }]);
+    let expected = [Warning::KicksWithoutInstability {
+        count: 1,
+        end: 0.05,
+        stuck: false,
+    }];
+    assert_eq!(warned("release", &[SHORT]), expected);
     assert!(warned("paper-si", &[SHORT, "solver.method=\"paper\""]).contains(&Warning::EventsNotLocated));
     let noise = warned("unperturbed", &[]);
     let [
@@ -147,14 +143,10 @@ fn property_advice_on_accuracy_fits_the_method() {
         })
         .to_string()
     };
-    assert_eq!(
-        remedy(None, 0.1, Method::CvodeBdf),
-        "Use a smaller solver.rtol, or use --method series"
-    );
-    assert_eq!(
-        remedy(Some(1.0), 1e-6, Method::Cvode),
-        "Leave the solver's atol_ keys to their defaults, use a smaller solver.rtol, or use --method series"
-    );
+    let found = remedy(None, 0.1, Method::CvodeBdf);
+    assert_eq!(found, "Use a smaller solver.rtol, or use --method series");
+    let expected = "Leave the solver's atol_ keys to their defaults, use a smaller solver.rtol, or use --method series";
+    assert_eq!(remedy(Some(1.0), 1e-6, Method::Cvode), expected);
     assert_eq!(remedy(None, 1e-10, Method::Cvode), "Use --method series");
 }
 

@@ -132,10 +132,8 @@ fn analytic_torque_in_slip_is_the_friction_law() {
     // A window that ends with an event shows the state at this event.
     let onset = runs[0].stick_slip.onset_time.unwrap();
     let figure = own::phase(&runs, "law", "law", axes, (6.97, onset)).unwrap();
-    let end = figure.panels[0]
-        .curves
-        .iter()
-        .find(|curve| curve.style == CurveStyle::Solid);
+    let mut curves = figure.panels[0].curves.iter();
+    let end = curves.find(|curve| curve.style == CurveStyle::Solid);
     let end = end.and_then(|curve| curve.points().last()).unwrap().0;
     assert!(end.abs() < 1e-12, "{end}");
 }

@@ -85,16 +85,11 @@ fn contents_lists_every_variable_with_units_and_range() {
             assert!(info.min <= info.max && info.min.is_some(), "{info:?}");
         }
     }
-    assert_eq!(
-        (listed["/trajectory/time"].min, listed["/trajectory/time"].max),
-        (Some(0.0), Some(0.4999))
-    );
+    let found = (listed["/trajectory/time"].min, listed["/trajectory/time"].max);
+    assert_eq!(found, (Some(0.0), Some(0.4999)));
     assert_eq!(listed["/input/case"].kind, "string");
-    let status = contents
-        .attributes
-        .iter()
-        .find(|attribute| attribute.name == "status")
-        .unwrap();
+    let mut attributes = contents.attributes.iter();
+    let status = attributes.find(|attribute| attribute.name == "status").unwrap();
     assert_eq!(status.value, AttributeValue::Text("complete".to_owned()));
     // JSON has no infinity, and gets null instead.
     let json = serde_json::to_value(&contents).unwrap();

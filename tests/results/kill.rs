@@ -70,11 +70,8 @@ fn interrupted_killed_run_leaves_a_readable_file_that_the_next_run_replaces() {
             for (row, sample) in samples.iter().enumerate() {
                 assert_eq!(sample.time, crate::common::results::sample(row).time, "round {round}");
                 let expected = crate::common::results::sample(row).channels.values().map(f64::to_bits);
-                assert_eq!(
-                    sample.channels.values().map(f64::to_bits),
-                    expected,
-                    "round {round} row {row} of {rows}"
-                );
+                let found = sample.channels.values().map(f64::to_bits);
+                assert_eq!(found, expected, "round {round} row {row} of {rows}");
             }
             Ok(rows)
         };

@@ -52,16 +52,10 @@ fn property_chunks_are_read_by_the_library() {
         ("z", |row| row.state.z),
         ("normal_force", |row| row.channels.normal_force),
     ] {
-        let found = file
-            .dataset(&format!("trajectory/{name}"))
-            .unwrap()
-            .read_raw::<f64>()
-            .unwrap();
+        let dataset = file.dataset(&format!("trajectory/{name}")).unwrap();
+        let found = dataset.read_raw::<f64>().unwrap();
         let expected: Vec<u64> = (0..5000).map(|row| channel(sample(row)).to_bits()).collect();
-        assert_eq!(
-            found.into_iter().map(f64::to_bits).collect::<Vec<_>>(),
-            expected,
-            "{name}"
-        );
+        let got = found.into_iter().map(f64::to_bits).collect::<Vec<_>>();
+        assert_eq!(got, expected, "{name}");
     }
 }

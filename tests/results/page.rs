@@ -68,11 +68,8 @@ fn assert_holds(file: &ResultFile, page: &Page) -> Vec<bool> {
         let stored = file.column(&name, 0..rows).unwrap();
         let (low, high) = page.channel(&name);
         let lows: Vec<f64> = entries.iter().map(|e| least(&stored[e.0.clone()])).collect();
-        let highs: Vec<f64> = entries
-            .iter()
-            .filter(|e| e.1)
-            .map(|e| most(&stored[e.0.clone()]))
-            .collect();
+        let values = entries.iter().filter(|e| e.1).map(|e| most(&stored[e.0.clone()]));
+        let highs: Vec<f64> = values.collect();
         assert_decoded(&name, &low, &lows, page.block());
         assert_decoded(&name, &high, &highs, page.block());
     }
@@ -102,18 +99,12 @@ fn results_events_are_exact() {
     let (file, _, page) = page_of(&path);
     let (events, shown) = (file.events().unwrap(), &page.run["events"]);
     assert_eq!(shown["count"], 90);
-    assert_eq!(
-        doubles(&shown["time"]),
-        events.iter().map(|e| e.time).collect::<Vec<_>>()
-    );
-    assert_eq!(
-        codes(&shown["kind"]),
-        events.iter().map(|e| e.kind.code()).collect::<Vec<_>>()
-    );
-    assert_eq!(
-        codes(&shown["mode_after"]),
-        events.iter().map(|e| e.mode_after.code()).collect::<Vec<_>>()
-    );
+    let found = doubles(&shown["time"]);
+    assert_eq!(found, events.iter().map(|e| e.time).collect::<Vec<_>>());
+    let found = codes(&shown["kind"]);
+    assert_eq!(found, events.iter().map(|e| e.kind.code()).collect::<Vec<_>>());
+    let found = codes(&shown["mode_after"]);
+    assert_eq!(found, events.iter().map(|e| e.mode_after.code()).collect::<Vec<_>>());
     for state in shown["states"].as_array().unwrap() {
         if state["name"] == "relative_velocity" {
             let velocity: Vec<f64> = events.iter().map(|e| e.after.relative_velocity).collect();
@@ -143,12 +134,8 @@ fn results_stick_and_energies_keep_their_digits() {
     let times = page.times();
     for row in (0..rows).filter(|&row| (6.9755..6.989).contains(&times[row])) {
         // 128 samples take 320 us, in which friction dissipates some 4 mJ of the 11 kJ.
-        assert!(
-            (lost[row] - stored[row]).abs() < 5e-9,
-            "{} J at {} s",
-            lost[row] - stored[row],
-            times[row]
-        );
+        let error = (lost[row] - stored[row]).abs();
+        assert!(error < 5e-9, "{} J at {} s", lost[row] - stored[row], times[row]);
     }
     // All of this takes little more than half of the available space.
     assert!(page.html.len() < SIZE_LIMIT * 3 / 5);
@@ -159,10 +146,8 @@ fn results_stick_and_energies_keep_their_digits() {
 fn results_a_long_run_keeps_extremes_and_the_samples_near_events() {
     let folder = tempfile::tempdir().unwrap();
     let (file, made, page) = page_of(&run(&folder, &["output.interval=1e-4"]));
-    assert!(
-        made.samples > 100_000 && made.samples_kept < made.samples / 2,
-        "{made:?}"
-    );
+    assert!(made.samples > 100_000, "{made:?}");
+    assert!(made.samples_kept < made.samples / 2, "{made:?}");
     assert!(page.html.len() < SIZE_LIMIT);
     // The available space is used.
     assert!(page.html.len() > SIZE_LIMIT * 8 / 10, "{}", page.html.len());
@@ -181,10 +166,8 @@ fn results_a_long_run_keeps_extremes_and_the_samples_near_events() {
     let window = times.partition_point(|&t| t < 6.9749)..times.partition_point(|&t| t < 6.9895);
     assert!(kept[window].iter().all(|kept| *kept));
     let note = page.trajectory["notes"][0].as_str().unwrap();
-    assert!(
-        note.contains(&made.samples_kept.to_string()) && note.contains("drawn as a band"),
-        "{note}"
-    );
+    assert!(note.contains(&made.samples_kept.to_string()), "{note}");
+    assert!(note.contains("drawn as a band"), "{note}");
 }
 
 /// 3,000 events in 300,000 samples need more than the available space, and the page says so.
@@ -456,10 +439,8 @@ fn results_an_unfinished_file_shows_what_it_has() {
     assert!(assert_holds(&file, &page).iter().all(|kept| *kept));
     assert_eq!(page.run["status"], "interrupted");
     let notice = page.run["notice"].as_str().unwrap();
-    assert!(
-        notice.contains("not complete") && notice.contains("up to t = 0.5049 s"),
-        "{notice}"
-    );
+    assert!(notice.contains("not complete"), "{notice}");
+    assert!(notice.contains("up to t = 0.5049 s"), "{notice}");
     // The last segment was never written, so that its mode is that of the samples.
     let last = *codes(&page.run["modes"]["code"]).last().unwrap();
     assert_eq!(last, crate::common::results::sample(5_049).mode.code());

@@ -25,10 +25,8 @@ fn roundtrip_rows_are_read_back_bit_by_bit() {
         let file = ResultFile::open(&path).unwrap();
         assert_eq!(bits(&read(&file)), bits(&expected), "{count} samples");
         let blocks: Vec<f64> = file.column_blocks("theta").unwrap().flat_map(Result::unwrap).collect();
-        assert_eq!(
-            blocks,
-            expected.samples.iter().map(|row| row.state.theta).collect::<Vec<_>>()
-        );
+        let wanted = expected.samples.iter().map(|row| row.state.theta).collect::<Vec<_>>();
+        assert_eq!(blocks, wanted);
     }
 }
 
@@ -49,10 +47,8 @@ fn roundtrip_header_and_stick_slip() {
     assert!(meta.contains(&("wall_time_s".to_owned(), AttributeValue::Number(0.25))));
     assert!(meta.contains(&("method".to_owned(), AttributeValue::Text("arkode".to_owned()))));
     // Compared by Debug, because NaN is not equal to itself.
-    assert_eq!(
-        format!("{:?}", file.stick_slip().unwrap().unwrap()),
-        format!("{:?}", stick_slip())
-    );
+    let found = format!("{:?}", file.stick_slip().unwrap().unwrap());
+    assert_eq!(found, format!("{:?}", stick_slip()));
 }
 
 #[test]

@@ -80,11 +80,8 @@ fn replaced_is_only_what_the_program_made() {
     assert_eq!(fs::read_to_string(&path).unwrap(), "notes");
 
     fs::remove_file(&path).unwrap();
-    unlocked::create(&path)
-        .unwrap()
-        .new_attr::<i32>()
-        .create("format")
-        .unwrap();
+    let file = unlocked::create(&path).unwrap();
+    file.new_attr::<i32>().create("format").unwrap();
     assert!(refused(create(&path, Overwrite::OwnResults), &path).contains("--force"));
 
     let writer = create(&path, Overwrite::Force).unwrap();
@@ -257,15 +254,10 @@ fn open_tolerates_additions() {
     let file = ResultFile::open(&path).unwrap();
     assert_eq!(file.events().unwrap().len(), 1);
     let contents = file.contents().unwrap();
-    let ladder = contents
-        .variables
-        .iter()
-        .find(|variable| variable.name == "ladder")
-        .unwrap();
-    assert_eq!(
-        (ladder.group.as_str(), ladder.min, ladder.max),
-        ("/certificate", Some(1.0), Some(2.0))
-    );
+    let mut variables = contents.variables.iter();
+    let ladder = variables.find(|variable| variable.name == "ladder").unwrap();
+    let found = (ladder.group.as_str(), ladder.min, ladder.max);
+    assert_eq!(found, ("/certificate", Some(1.0), Some(2.0)));
     assert!(
         contents
             .variables

@@ -324,19 +324,13 @@ fn sundials_counters_count_the_calls() {
     let options = CvodeOptions::BDF;
     let mut solver = Solver::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
     solver.advance(1.0, AdvanceTarget::Normal).unwrap();
-    assert_eq!(
-        solver.counters().unwrap().rhs_evaluations,
-        solver.system().rhs_calls,
-        "with differences"
-    );
+    let found = solver.counters().unwrap().rhs_evaluations;
+    assert_eq!(found, solver.system().rhs_calls, "with differences");
     assert_eq!(solver.system().jacobian_calls, 0);
     let mut solver = Solver::new(Oscillator::default(), SolverMethod::ESDIRK, 0.0, &START, &tight()).unwrap();
     solver.advance(1.0, AdvanceTarget::Normal).unwrap();
-    assert_eq!(
-        solver.counters().unwrap().rhs_evaluations,
-        solver.system().rhs_calls,
-        "with differences"
-    );
+    let found = solver.counters().unwrap().rhs_evaluations;
+    assert_eq!(found, solver.system().rhs_calls, "with differences");
 }
 
 // --- Tables -------------------------------------------------------------------------------------------------------
@@ -448,11 +442,8 @@ fn sundials_table_names_say_their_properties() {
         [digits[2], digits[1], digits[0]]
     };
     for &table in ErkTable::ALL {
-        assert_eq!(
-            [table.stages(), table.embedded_order(), table.order()],
-            digits(table.name()),
-            "{table}"
-        );
+        let found = [table.stages(), table.embedded_order(), table.order()];
+        assert_eq!(found, digits(table.name()), "{table}");
     }
 }
 
@@ -626,19 +617,13 @@ fn sundials_a_jacobian_that_is_not_finite_is_an_error_that_names_the_value() {
         let error = edge_cvode(system(), Nonlinear::Newton)
             .advance(1.0, AdvanceTarget::Normal)
             .unwrap_err();
-        assert_eq!(
-            error.cause().expect("the value is named").callback,
-            Callback::Jacobian,
-            "{error}"
-        );
+        let found = error.cause().expect("the value is named").callback;
+        assert_eq!(found, Callback::Jacobian, "{error}");
         assert!(error.to_string().contains("in row 0, column 0 at t = "), "{error}");
         let mut solver = Solver::new(system(), SolverMethod::ESDIRK, 0.0, &[1.0], &coarse()).unwrap();
         let error = solver.advance(1.0, AdvanceTarget::Normal).unwrap_err();
-        assert_eq!(
-            error.cause().expect("the value is named").callback,
-            Callback::Jacobian,
-            "{error}"
-        );
+        let found = error.cause().expect("the value is named").callback;
+        assert_eq!(found, Callback::Jacobian, "{error}");
     }
 }
 

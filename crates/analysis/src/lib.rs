@@ -13,7 +13,7 @@
 //! | [`sweep`] | many runs: studies over axes, critical curves, shards |
 //! | [`calibrate`](mod@calibrate) | parameters that reproduce measured numbers |
 //! | [`study`] | the reader of study files |
-//!  [`provenance`] | statements of a file about the program, the machine and the command |
+//! | [`provenance`] | statements of a file about the program, the machine and the command |
 //!
 //! The crate draws and prints nothing. It does not read results of other solvers; `stickslip-compare` does.
 //!
@@ -47,9 +47,11 @@ pub mod analysis;
 pub mod calibrate;
 pub mod continuation;
 pub mod cycle;
+mod error;
 pub mod provenance;
 pub mod study;
 pub mod sweep;
 
 pub use analysis::{Certify, SavedRun};
+pub use error::{Error, ErrorKind};
 pub use sweep::Sweep;

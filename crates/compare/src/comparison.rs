@@ -1,27 +1,28 @@
-//! The outcome of a comparison.
+//! The outcome of a comparison, its verdict, and requirements on it: `onset<1e-6`.
 
-use super::attractor::ComparedAttractor;
-use super::case_differences::CaseDifference;
 use super::causes::EXPLAINED;
-use super::cycles::CycleErrors;
 use super::detect::Detection;
+use super::detect::HysteresisEffect;
+use super::diagnosis::CaseDifference;
 use super::diagnosis::{CauseKind, Diagnosis, percent};
-use super::energy::EnergyDrift;
+use super::error::OutOfTime;
+use super::event_errors::CycleErrors;
 use super::event_errors::EventErrors;
+use super::event_errors::WrongEvent;
 use super::follows::Follows;
-use super::hysteresis::HysteresisEffect;
-use super::impulse::ImpulseErrors;
-use super::limit::OutOfTime;
+use super::integrals::EnergyDrift;
+use super::integrals::ImpulseErrors;
 use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
 use super::score::Score;
+use super::states::Phase;
 use super::states::{StatePass, Tally};
-use super::statistics::Statistic;
-use super::windows::Phase;
-use super::wrong_event::WrongEvent;
+use super::statistics::ComparedAttractor;
+use super::statistics::{OF_ATTRACTORS, STATISTICS, Statistic};
 use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
 use serde::Serialize;
 use std::borrow::Cow;
+use stickslip_system::quote::shown;
 use stickslip_system::record::sequence::{Difference, Fault};
 use stickslip_system::record::{Event, EventKind};
 
@@ -460,4 +461,112 @@ pub(super) fn channel_errors(pass: &StatePass<'_>, physics: &Physics) -> Vec<Cha
         tallies.filter(|(_, tally)| tally.samples > 0).map(errors)
     };
     Phase::ALL.into_iter().flat_map(of_phase).collect()
+}
+
+/// A bound on one number of a comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Requirement {
+    text: String,
+    metric: String,
+    comparator: &'static str,
+    bound: f64,
+}
+
+const METRICS: [&str; 12] = [
+    "events",
+    "events_rms",
+    "missing",
+    "spurious",
+    "uncovered",
+    "scd",
+    "mescd",
+    "drift",
+    "score_position",
+    "score_period",
+    "score_rest",
+    "score_creep",
+];
+
+impl Requirement {
+    /// Names of all metrics.
+    pub fn metrics() -> impl Iterator<Item = &'static str> {
+        METRICS.into_iter().chain(STATISTICS.map(|s| s.0)).chain(OF_ATTRACTORS)
+    }
+
+    /// Parses `METRIC<BOUND`, or with `<=`, `>`, `>=`; the bound is a number, in seconds if the metric is a time.
+    ///
+    /// # Errors
+    /// The text says what is wrong and what can be required.
+    pub fn parse(text: &str) -> Result<Requirement, String> {
+        let mut comparators = ["<=", ">=", "<", ">"].into_iter();
+        let found = comparators.find_map(|c| text.split_once(c).map(|parts| (c, parts)));
+        let Some((comparator, (metric, bound))) = found else {
+            return Err(format!("--require {text}: expected METRIC<BOUND, such as onset<1e-6"));
+        };
+        let (metric, bound) = (metric.trim(), bound.trim());
+        if metric == "digits" {
+            return Err(format!(
+                "--require {text}: the digits of a problem of the benchmark set are told by its check.py, which takes --require digits=6, too"
+            ));
+        }
+        if !Requirement::metrics().any(|name| name == metric) {
+            return Err(format!(
+                "--require {text}: unknown metric \"{metric}\"; there are {}, {}, and of trains {}",
+                METRICS.join(", "),
+                STATISTICS.map(|s| s.0).join(", "),
+                OF_ATTRACTORS.join(", "),
+                metric = shown(metric)
+            ));
+        }
+        let number = bound.parse().ok().filter(|number: &f64| number.is_finite());
+        Ok(Requirement {
+            bound: number.ok_or_else(|| {
+                let bound = shown(bound);
+                format!("--require {text}: \"{bound}\" is not a number; write one, such as onset<1e-6")
+            })?,
+            text: text.to_owned(),
+            metric: metric.to_owned(),
+            comparator,
+        })
+    }
+
+    /// Words for an unmet requirement; `None` if it is met. A missing number meets no requirement.
+    pub fn shortfall(&self, comparison: &Comparison) -> Option<String> {
+        let value = self.value(comparison);
+        let met = value.is_some_and(|value| match self.comparator {
+            "<" => value < self.bound,
+            "<=" => value <= self.bound,
+            ">" => value > self.bound,
+            _ => value >= self.bound,
+        });
+        let value = value.map_or_else(|| "does not exist".to_owned(), |value| format!("is {value:.3e}"));
+        let (of, metric, text) = (&comparison.candidate, &self.metric, &self.text);
+        (!met).then(|| format!("{of}: {metric} {value}, where {text} is required"))
+    }
+
+    /// The bounded number: an absolute error, a count, or the fewest digits of any channel.
+    fn value(&self, comparison: &Comparison) -> Option<f64> {
+        let fewest = |digits: fn(&ChannelErrors) -> Option<f64>| {
+            comparison.channels.iter().filter_map(digits).min_by(f64::total_cmp)
+        };
+        match self.metric.as_str() {
+            "events" => comparison.event_errors.max,
+            "events_rms" => comparison.event_errors.rms,
+            "missing" | "spurious" if comparison.reference_events == 0 && comparison.uncovered > 0 => None,
+            "missing" => Some(comparison.missing as f64),
+            "spurious" => Some(comparison.spurious as f64),
+            "uncovered" => Some(comparison.uncovered as f64),
+            "scd" => fewest(|row| row.scd),
+            "mescd" => fewest(|row| row.mescd),
+            "drift" => comparison.cycles.as_ref().map(|cycles| cycles.per_cycle.abs()),
+            "score_position" => comparison.score.as_ref()?.position.as_ref().map(|of| of.relative),
+            "score_period" => comparison.score.as_ref()?.period.as_ref().map(|of| of.relative),
+            "score_rest" => comparison.score.as_ref()?.rest.as_ref().map(|of| of.relative),
+            "score_creep" => comparison.score.as_ref()?.creep.as_ref().map(|of| of.relative),
+            name => {
+                let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
+                statistic.error().map(f64::abs)
+            }
+        }
+    }
 }

@@ -1,16 +1,17 @@
-//! Causes of a difference, in words.
+//! Causes of a difference, in words; wrong units and differences of the case show without a run.
 //!
-//! A cause is named if the reference's run with it reproduces the candidate ([`super::causes`]). Symptoms propose what
-//! to try.
+//! Any other cause is named if the reference's run with it reproduces the candidate ([`super::causes`]). Symptoms propose
+//! what to try.
 
-use super::case_differences::{CaseDifference, NOT_SET};
 use super::causes::creep::Creep;
 use super::detect::Found;
 use super::reference::Physics;
-use super::states::Grid;
-use super::units::UnitFault;
+use super::states::{Grid, Tally};
+use super::{Channel, Vocabulary};
 use serde::Serialize;
-use stickslip_case::Motion;
+use std::borrow::Cow;
+use stickslip_case::quantity::{self, Dimension};
+use stickslip_case::{Case, Motion};
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 
 /// What is wrong with a candidate.
@@ -243,4 +244,161 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         causes.retain(|known| !matches!(known.cause, CauseKind::VelocityTolerance | CauseKind::StickTest));
     }
     causes.insert(0, Diagnosis::of(cause, evidence));
+}
+
+/// A channel, or the time, that differs from the reference by the factor of a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct UnitFault {
+    pub name: Cow<'static, str>,
+    pub found: String,
+    pub expected: &'static str,
+    pub explained: f64,
+}
+
+const OPPOSITE: &str = "the opposite sign";
+
+impl UnitFault {
+    pub fn is_opposite(&self) -> bool {
+        self.found == OPPOSITE
+    }
+}
+
+/// Smallest |correlation| of a channel that differs by a factor alone.
+const CORRELATED: f64 = 0.999;
+/// Tolerance of a unit's factor. The closest two units of one list differ by more.
+const FACTOR_WITHIN: f64 = 0.01;
+
+fn units(dimension: Dimension) -> &'static [&'static str] {
+    match dimension {
+        Dimension::Time => &["ms", "us", "ns", "min"],
+        Dimension::Angle => &["deg", "rev", "mrad", "urad"],
+        Dimension::AngularVelocity => &["rpm", "deg/s", "rev/s", "mrad/s", "rad/ms"],
+        Dimension::Length => &["mm", "um", "cm", "in", "ft"],
+        Dimension::Velocity => &["mm/s", "um/s", "cm/s", "in/s", "ft/s"],
+        Dimension::Force => &["lbf", "kN", "kgf", "kip"],
+        Dimension::Torque => &["lbf in", "lbf ft", "N mm", "kN m", "kgf m"],
+        _ => &[],
+    }
+}
+
+/// The unit in which numbers are `factor` times as large.
+fn unit_of(factor: f64, dimension: Dimension) -> Option<&'static str> {
+    units(dimension).iter().copied().find(|unit| {
+        let size = quantity::factor(unit, dimension).unwrap_or(f64::NAN);
+        (factor * size - 1.0).abs() < FACTOR_WITHIN
+    })
+}
+
+pub(super) fn unit_of_channel(channel: Channel, vocabulary: &Vocabulary, tallies: &[Tally]) -> Option<UnitFault> {
+    let [product, reference, candidate] = tallies.iter().fold([0.0; 3], |sum, tally| {
+        std::array::from_fn(|k| sum[k] + tally.products[k])
+    });
+    if !(reference > 0.0 && candidate > 0.0) || product.abs() < CORRELATED * (reference * candidate).sqrt() {
+        return None;
+    }
+    let factor = product / reference;
+    let left = candidate - product * factor;
+    let explained = 1.0 - left / (candidate - 2.0 * product + reference);
+    let fault = |found: String| UnitFault {
+        name: channel.name(),
+        found,
+        expected: vocabulary.unit(channel),
+        explained,
+    };
+    if (factor + 1.0).abs() < FACTOR_WITHIN {
+        return Some(fault(OPPOSITE.to_owned()));
+    }
+    unit_of(factor, vocabulary.dimension(channel)).map(|unit| fault(unit.to_owned()))
+}
+
+pub(super) fn unit_of_time(pairs: &[(f64, f64)]) -> Option<UnitFault> {
+    let (first, _) = pairs.split_first()?;
+    let unit = unit_of(first.1 / first.0, Dimension::Time)?;
+    let same = pairs.iter().all(|(r, c)| unit_of(c / r, Dimension::Time) == Some(unit));
+    let size = quantity::factor(unit, Dimension::Time).unwrap_or(f64::NAN);
+    let square = |scale: f64| {
+        pairs
+            .iter()
+            .map(|(r, c)| (c * scale - r) * (c * scale - r))
+            .sum::<f64>()
+    };
+    same.then(|| UnitFault {
+        name: Cow::Borrowed("time"),
+        found: unit.to_owned(),
+        expected: "s",
+        explained: 1.0 - square(size) / square(1.0),
+    })
+}
+
+pub(super) const NOT_SET: &str = "not set";
+
+/// A key of the case with its value in both runs, as in /input/resolved; "not set" if a run does not have it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct CaseDifference {
+    /// Dotted path.
+    pub key: String,
+    /// Value in the reference.
+    pub reference: String,
+    /// Value in the candidate.
+    pub candidate: String,
+}
+
+/// Physical keys of two cases whose values differ, in the general form if only one is in the short form. Keys of
+/// integration and sampling do not count.
+pub(super) fn case_differences(reference: &Case, candidate: &Case) -> Vec<CaseDifference> {
+    let is_like = reference.words == candidate.words;
+    let text = |case: &Case| match is_like {
+        true => case.resolved(),
+        false => case.in_general_form().resolved(),
+    };
+    let (r, c) = (keys(&text(reference)), keys(&text(candidate)));
+    let value = |keys: &[(String, String)], key: &str| {
+        let found = keys.iter().find(|(name, _)| name == key);
+        found.map_or_else(|| NOT_SET.to_owned(), |(_, value)| value.clone())
+    };
+    let mut names: Vec<&String> = r.iter().map(|(name, _)| name).collect();
+    let known = names.len();
+    for (name, _) in &c {
+        if !names[..known].contains(&name) {
+            names.push(name);
+        }
+    }
+    let difference = |name: &String| CaseDifference {
+        key: name.clone(),
+        reference: value(&r, name),
+        candidate: value(&c, name),
+    };
+    let differences = names.into_iter().map(difference);
+    differences.filter(|d| d.reference != d.candidate).collect()
+}
+
+fn keys(resolved: &str) -> Vec<(String, String)> {
+    let Ok(document) = resolved.parse::<toml_edit::DocumentMut>() else {
+        return Vec::new();
+    };
+    let mut keys = Vec::new();
+    for (name, item) in document.iter() {
+        match item {
+            _ if matches!(name, "solver" | "output") => {}
+            toml_edit::Item::Table(table) => add(&mut keys, name, table),
+            toml_edit::Item::ArrayOfTables(tables) => {
+                for (index, table) in tables.iter().enumerate() {
+                    add(&mut keys, &format!("{name}.{index}"), table);
+                }
+            }
+            _ => {}
+        }
+    }
+    keys
+}
+
+fn add(keys: &mut Vec<(String, String)>, prefix: &str, table: &toml_edit::Table) {
+    for (name, item) in table {
+        let path = format!("{prefix}.{name}");
+        match item {
+            toml_edit::Item::Value(value) => keys.push((path, value.clone().decorated("", "").to_string())),
+            toml_edit::Item::Table(table) => add(keys, &path, table),
+            _ => {}
+        }
+    }
 }

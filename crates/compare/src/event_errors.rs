@@ -1,7 +1,7 @@
-//! Errors of event times.
+//! Errors of event times: of each event, the first that is wrong, and their growth over the cycles of a run.
 
 use serde::Serialize;
-use stickslip_system::record::sequence::{Alignment, SequenceEvent};
+use stickslip_system::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 
 /// Errors of event times of the matched pairs, candidate minus reference, s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,5 +71,185 @@ impl EventErrors {
             .iter()
             .filter(|event| event.error.abs() <= event.bound)
             .count()
+    }
+}
+
+/// The first wrong event: where the sequences part, or an earlier matched event whose time is off.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WrongEvent {
+    /// 0-based position in the reference's word.
+    pub position: usize,
+    /// Kind in the reference; for a spurious event in the candidate.
+    pub kind: &'static str,
+    /// Time in the reference; for a spurious event in the candidate; s.
+    pub time: f64,
+    /// Error of a matched event, candidate minus reference, s.
+    pub error: Option<f64>,
+    /// Fault of an unmatched event.
+    pub fault: Option<Fault>,
+    /// Error beyond which a matched event counts as wrong, s.
+    pub tolerance: f64,
+}
+
+/// Part of the period by which an event is always wrong: it is visible in a figure of some periods.
+const WRONG: f64 = 1e-2;
+
+const RIGHT: f64 = 1e-4;
+
+/// In between, an event is wrong if its error is this multiple of the first quartile. For errors proportional to time,
+/// the largest is four times the quartile; of normal errors, one in 10^9 is twenty times the quartile.
+const TYPICAL: f64 = 20.0;
+
+/// Fewest events with a typical error or a growth.
+const FEWEST: usize = 4;
+
+/// Error beyond which an event is wrong, s; `period` (s) is the time scale, `resolved` (s) the resolution.
+fn tolerance(errors: &EventErrors, period: f64, resolved: f64) -> f64 {
+    let mut sizes: Vec<f64> = errors.events.iter().map(|event| event.error.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let typical = sizes.get(sizes.len() / 4).filter(|_| sizes.len() >= FEWEST);
+    let wrong = typical.map_or(WRONG * period, |typical| {
+        (TYPICAL * typical).clamp(RIGHT * period, WRONG * period)
+    });
+    wrong.max(resolved)
+}
+
+impl WrongEvent {
+    /// The first wrong event of an alignment; `period` (s) is the time scale, `resolved` (s) the resolution of times.
+    pub fn first(errors: &EventErrors, differences: &[Difference], period: f64, resolved: f64) -> Option<WrongEvent> {
+        let tolerance = tolerance(errors, period, resolved);
+        let parted = differences.iter().find(|difference| !difference.shorter_than_interval);
+        let off = errors.events.iter();
+        let mut off = off.filter(|event| event.error.abs() > tolerance.max(event.bound));
+        let off = off.next();
+        if let Some(event) = off.filter(|event| parted.is_none_or(|parted| event.time < parted.time)) {
+            return Some(WrongEvent {
+                position: event.position,
+                kind: event.kind,
+                time: event.time,
+                error: Some(event.error),
+                fault: None,
+                tolerance,
+            });
+        }
+        parted.map(|difference| WrongEvent {
+            position: difference.position,
+            kind: difference.kind,
+            time: difference.time,
+            error: None,
+            fault: Some(difference.fault),
+            tolerance,
+        })
+    }
+
+    /// For example "event 12, a slip at 30.100000 s, is off by 8.6e-3 s".
+    pub fn words(&self) -> String {
+        let WrongEvent {
+            position, kind, time, ..
+        } = self;
+        match (self.error, self.fault) {
+            (Some(error), _) => format!("event {position}, a {kind} at {time:.6} s, is off by {error:.1e} s"),
+            (None, fault) => {
+                let what = match fault {
+                    Some(Fault::Missing) | None => "is missing in the candidate",
+                    Some(Fault::Spurious) => "is the candidate's alone",
+                    Some(Fault::Doubled) => "is there twice",
+                    Some(Fault::Swapped) => "has changed places with its neighbour",
+                    Some(Fault::Renamed) => "is another event in the candidate",
+                };
+                format!("the {kind} at {time:.6} s {what}")
+            }
+        }
+    }
+}
+
+/// The errors of matched events of one kind, cycle by cycle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CycleErrors {
+    /// Kind of the events: "reversal", "stick" or "slip", the kind with the most matched events.
+    pub of: &'static str,
+    /// Number of cycles.
+    pub cycles: usize,
+    /// Error of the first event, s.
+    pub first: f64,
+    /// Error of the last event, s.
+    pub last: f64,
+    /// Error growth per cycle, by least squares, s.
+    pub per_cycle: f64,
+    /// Error growth per cycle, relative to the reference's mean cycle.
+    pub relative: f64,
+    /// Root mean square of the residual of the line, s.
+    pub scatter: f64,
+    /// Standard error of `per_cycle`, s.
+    pub uncertainty: f64,
+    /// Part of the variance of the errors that the line explains; 0 if all errors are equal.
+    pub explained: f64,
+    /// The errors drift: the line explains them, and its slope is significant.
+    pub drifts: bool,
+    /// Largest absolute error, s.
+    pub largest: f64,
+    /// Position of that event in the reference's word, from 0.
+    pub largest_position: usize,
+    /// Time of that event in the reference, s.
+    pub largest_at: f64,
+    /// Largest absolute error of the other events, s.
+    pub others: f64,
+}
+
+/// Smallest explained variance of a drift. A lasting step in the middle of a run has 3/4.
+const LINEAR: f64 = 0.8;
+
+const SIGNIFICANT: f64 = 3.0;
+
+impl CycleErrors {
+    /// Cycle errors of the kind with the most matched events; `None` with too few.
+    pub fn of(errors: &EventErrors) -> Option<CycleErrors> {
+        let of_kind = |kind: &'static str| {
+            let events = errors.events.iter().filter(|event| event.kind == kind);
+            let events = events.map(|event| (event.time, event.error, event.position));
+            (kind, events.collect::<Vec<_>>())
+        };
+        let kinds = ["reversal", "stick", "slip"].map(of_kind);
+        let (of, events) = kinds.into_iter().max_by_key(|(_, events)| events.len())?;
+        if events.len() < FEWEST {
+            return None;
+        }
+        let (first, last) = (events[0], events[events.len() - 1]);
+        let cycle = (last.0 - first.0) / (events.len() - 1) as f64;
+        if cycle <= 0.0 {
+            return None;
+        }
+        let number = |time: f64| (time - first.0) / cycle;
+        let n = events.len() as f64;
+        let (mean, error) = (
+            events.iter().map(|e| number(e.0)).sum::<f64>() / n,
+            events.iter().map(|e| e.1).sum::<f64>() / n,
+        );
+        let square: f64 = events.iter().map(|e| (number(e.0) - mean).powi(2)).sum();
+        let product: f64 = events.iter().map(|e| (number(e.0) - mean) * (e.1 - error)).sum();
+        let per_cycle = product / square;
+        let left = events.iter().map(|e| e.1 - error - per_cycle * (number(e.0) - mean));
+        let left: f64 = left.map(|x| x * x).sum();
+        let all: f64 = events.iter().map(|e| (e.1 - error).powi(2)).sum();
+        let explained = if all > 0.0 { 1.0 - left / all } else { 0.0 };
+        let uncertainty = (left / (n - 2.0) / square).sqrt();
+        let mut by_size = events.clone();
+        by_size.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        Some(CycleErrors {
+            of,
+            cycles: events.len(),
+            first: first.1,
+            last: last.1,
+            per_cycle,
+            relative: per_cycle / cycle,
+            scatter: (left / n).sqrt(),
+            uncertainty,
+            explained,
+            drifts: explained >= LINEAR && per_cycle.abs() > SIGNIFICANT * uncertainty,
+            largest: by_size[0].1.abs(),
+            largest_position: by_size[0].2,
+            largest_at: by_size[0].0,
+            others: by_size[1].1.abs(),
+        })
     }
 }

@@ -43,117 +43,67 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! | module | what it is |
-//! |---|---|
-//! | `candidate` | results of other solvers: formats, columns, units, events |
-//! | `reference`, `evaluate` | the reference as a function of time |
-//! | `channel`, `vocabulary` | the channels that are compared, and their names |
-//! | `detect`, `hysteresis`, `crossings`, `locate`, `torques` | events and torques found in samples, with the bounds of their times |
-//! | `open_contact` | event sequences without a normal force |
-//! | `survey`, `resolution` | the first pass over a file; what its times and values resolve |
-//! | `event_errors`, `wrong_event`, `cycles`, `attractor` | errors of event times, the first that is wrong, errors over cycles, of periodic motion |
-//! | `windows`, `states`, `impulse`, `energy`, `range` | common stretches; errors of channels, impulses and energies; range of the position |
-//! | [`benchmark`] | the problems of a benchmark set |
-//! | `score` | errors without a threshold: position, period, rest positions, creep in stick |
-//! | `statistics` | the paper's numbers of both runs |
-//! | `causes` | which mistake makes the reference's own run the candidate: a file for each cause |
-//! | `units`, `follows` | factors of channels; whether samples follow the equations |
-//! | `diagnosis`, `case_differences` | kinds of causes, causes in words |
-//! | `limit` | limits of the wall time and of runs |
-//! | `comparison`, `requirement`, `trace`, `error` | the outcome, bounds on it, what is drawn of it, why there is none |
-//!
 //! The crate neither prints nor draws. It takes a reference as true. Which of its digits are, the certificate of the reference says
 //! (`stickslip-analysis`).
 
-mod attractor;
 pub mod benchmark;
 mod candidate;
-mod case_differences;
 #[doc(hidden)]
 pub mod causes;
-mod channel;
 mod comparison;
 #[doc(hidden)]
-pub mod crossings;
-mod cycles;
-mod detect;
+pub mod detect;
 mod diagnosis;
-mod energy;
 mod error;
 mod evaluate;
 #[doc(hidden)]
 pub mod event_errors;
 mod follows;
-#[doc(hidden)]
-pub mod hysteresis;
-mod impulse;
-mod limit;
+mod integrals;
 mod locate;
-mod open_contact;
-#[doc(hidden)]
-pub mod range;
 pub mod reference;
-mod requirement;
 #[doc(hidden)]
 pub mod resolution;
 mod score;
 mod states;
-mod statistics;
-mod survey;
 #[doc(hidden)]
-pub mod torques;
-mod trace;
-mod units;
+pub mod statistics;
+#[doc(hidden)]
+pub mod survey;
 #[doc(hidden)]
 pub mod vocabulary;
-mod windows;
-mod wrong_event;
 
 pub(crate) use candidate::Candidate;
 
-pub use attractor::ComparedAttractor;
 pub use candidate::{Block, Mapping, TimeOffset};
-pub use case_differences::CaseDifference;
 pub use causes::clock::{FoundOffset, OtherClock};
 pub use causes::{Agreement, EventAgreement as TriedAgain, FoundBy, OtherKick, OtherNumber, OtherParameters};
-pub use channel::Channel;
-pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Span, Unexplained};
-pub use cycles::CycleErrors;
-pub use detect::{Detection, Detector, Found, Point};
-pub use diagnosis::{CauseKind, Diagnosis};
-pub use energy::EnergyDrift;
-pub use error::CompareError;
+pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Requirement, Span, Unexplained};
+pub use detect::{Detection, Detector, Found, HysteresisEffect, Point};
+pub use diagnosis::{CaseDifference, CauseKind, Diagnosis};
+pub use error::{CompareError, OutOfTime};
 pub use evaluate::Evaluator;
-pub use event_errors::EventError;
+pub use event_errors::{CycleErrors, EventError, WrongEvent};
 pub use follows::Follows;
-pub use hysteresis::HysteresisEffect;
-pub use impulse::ImpulseErrors;
-pub use limit::OutOfTime;
-pub use requirement::Requirement;
+pub use integrals::{EnergyDrift, ImpulseErrors};
 pub use resolution::{Resolution, Rounding};
 pub use score::{CreepScore, PeriodScore, PositionScore, RestScore, Score};
-pub use statistics::Statistic;
-pub use trace::SamplePair;
-pub use vocabulary::Vocabulary;
-pub use wrong_event::WrongEvent;
+pub use statistics::{ComparedAttractor, Statistic};
+pub use vocabulary::{Channel, Vocabulary};
 
 use benchmark::BenchmarkProblem;
 use causes::creep::{Creep, CreepPass};
 use causes::{Causes, EXPLAINED, JumpPass, ObservationPass, Passes, Shown, clock};
 use comparison::channel_errors;
-use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE};
+use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, HysteresisPass};
 use diagnosis::Symptoms;
-use energy::EnergyPass;
+use error::{DEFAULT_WALL_TIME, Limit};
 use event_errors::EventErrors;
-use hysteresis::HysteresisPass;
-use impulse::ImpulsePass;
-use limit::{DEFAULT_WALL_TIME, Limit};
-use open_contact::{sequence, without_open_contact};
-use range::Range;
+use integrals::{EnergyPass, ImpulsePass};
 use reference::{BeforeAndAfter, Physics, Rerun as RepeatedRun, states_at_events};
 use score::ScorePass;
-use states::{Grid, StatePass};
-use statistics::{of_attractors, statistics};
+use states::{Grid, Phase, StatePass, Window, windows, without_small_shifts};
+use statistics::{PositionRange, of_attractors, statistics};
 use std::path::Path;
 use std::sync::Mutex;
 use stickslip_case::quantity::Dimension;
@@ -162,8 +112,7 @@ use stickslip_files::{ResultError, ResultFile, open_sound};
 use stickslip_system::model::Mode;
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 use stickslip_system::record::{Event, EventKind};
-use survey::{FOUND, Survey, resolution_of};
-use windows::Phase;
+use survey::{FOUND, Survey, resolution_of, sequence, without_open_contact};
 
 /// Errors of stated event times up to this, s, need no explanation; and of events found in samples.
 const AGREED: f64 = 1e-9;
@@ -217,6 +166,17 @@ pub enum CompareStage {
         /// Number of runs; 0 while it is unknown.
         of: usize,
     },
+}
+
+/// A sample of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub struct SamplePair<'a> {
+    /// Time, s.
+    pub time: f64,
+    /// Candidate's channels, in SI units, in the order of [`Reference::traced`].
+    pub candidate: &'a [f64],
+    /// Reference's channels at that time; `None` outside the reference, and where it is unknown between samples.
+    pub reference: Option<&'a [f64]>,
 }
 
 impl Reference {
@@ -394,9 +354,9 @@ impl Reference {
         // Both ends of a period found in samples may err by an interval.
         let slack = if events_given { 0.0 } else { 2.0 * interval };
         let mut states = if candidate.has_rows() {
-            let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
+            let mut windows = windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
             if !events_given {
-                windows::without_small_shifts(&mut windows, interval);
+                without_small_shifts(&mut windows, interval);
             }
             let position = self.position(&candidate, &all, slack);
             let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
@@ -422,11 +382,13 @@ impl Reference {
             [self.attractor, found]
         });
 
-        let mut unit_faults: Vec<_> = units::of_time(&self.time_pairs(&all, &survey)).into_iter().collect();
+        let mut unit_faults: Vec<_> = diagnosis::unit_of_time(&self.time_pairs(&all, &survey))
+            .into_iter()
+            .collect();
         if let Some(pass) = states.as_ref().map(|states| &states.pass) {
             let together = [Phase::Sliding, Phase::StickSlip, Phase::After];
             let of_channel = |(k, &channel): (usize, &Channel)| {
-                units::of_channel(
+                diagnosis::unit_of_channel(
                     channel,
                     physics.vocabulary(),
                     &together.map(|phase| pass.tallies(phase)[k]),
@@ -570,6 +532,54 @@ impl Reference {
         Ok(comparison)
     }
 
+    /// The time scale, s.
+    pub fn natural_period(&self) -> f64 {
+        self.physics.natural_period()
+    }
+
+    /// The channels of a candidate that [`Self::trace`] gives; none for an event table.
+    ///
+    /// # Errors
+    /// If the candidate cannot be read.
+    pub fn traced(&self, path: &Path, mapping: &Mapping) -> Result<Vec<Channel>, CompareError> {
+        let candidate = Candidate::open(path, mapping, &self.physics)?;
+        Ok(match candidate.has_rows() {
+            true => candidate.compared_channels(&self.physics),
+            false => Vec::new(),
+        })
+    }
+
+    /// Passes every sample of a candidate to `take`, with the reference at the same time. Errors of states in a
+    /// comparison are timed from the last matched event instead.
+    ///
+    /// # Errors
+    /// If the candidate or the reference cannot be read.
+    pub fn trace(&self, path: &Path, mapping: &Mapping, take: &mut dyn FnMut(SamplePair)) -> Result<(), CompareError> {
+        let candidate = Candidate::open(path, mapping, &self.physics)?;
+        if !candidate.has_rows() {
+            return Ok(());
+        }
+        let channels = candidate.compared_channels(&self.physics);
+        let mut reference = self.evaluator(&channels)?;
+        let mut rows = candidate.rows(&channels, &self.physics)?;
+        let mut block = Block::default();
+        let (mut own, mut other) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
+        while rows.next(&mut block)? {
+            for (row, &time) in block.time.iter().enumerate() {
+                for (value, column) in own.iter_mut().zip(&block.columns) {
+                    *value = column[row];
+                }
+                let known = reference.known_at(time, &mut other)?;
+                take(SamplePair {
+                    time,
+                    candidate: &own,
+                    reference: known.then_some(&other[..]),
+                });
+            }
+        }
+        Ok(())
+    }
+
     fn detection(&self, candidate: &Candidate, mapping: &Mapping) -> Result<Detection, CompareError> {
         // A contact without stick has one threshold for the beginning and the end of a stick.
         let threshold = self.physics.threshold();
@@ -708,7 +718,7 @@ impl Reference {
     fn states<'a>(
         &'a self,
         candidate: &Candidate,
-        windows: Vec<windows::Window>,
+        windows: Vec<Window>,
         (detection, found): (Detection, Option<(&[Found], f64)>),
         position: Option<(Channel, (f64, f64))>,
         mut passes: Option<Passes<'a>>,
@@ -724,7 +734,7 @@ impl Reference {
         let (state_columns, mut y) = (physics.columns(&channels), vec![0.0; physics.system().dimension]);
         let mut range = position.and_then(|(channel, (from, to))| {
             let column = channels.iter().position(|known| *known == channel)?;
-            Some((column, Range::new(from, to)))
+            Some((column, PositionRange::new(from, to)))
         });
         let mut hysteresis = found.and_then(|(found, begins)| HysteresisPass::new(&channels, detection, found, begins));
         let mut score = self.score_pass(&channels)?;

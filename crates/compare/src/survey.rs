@@ -1,14 +1,16 @@
-//! First pass over a candidate's samples: its events, its span, the resolution of its times.
+//! First pass over a candidate's samples: its events, its span, the resolution of its times, torques at breakaways.
 
 use super::candidate::{Block, Candidate};
-use super::crossings::Crossings;
+use super::detect::Crossings;
 use super::detect::{Detection, Detector, Found, Point};
 use super::event_errors::{self, EventErrors};
 use super::locate::Locator;
+use super::reference::Physics;
 use super::resolution::{ClockWatch, Resolution, Rounding};
-use super::torques::TorqueWatch;
 use super::{Channel, CompareError, Reference};
-use stickslip_system::record::EventKind;
+use stickslip_system::model::{BreakawayTest, Mode};
+use stickslip_system::record::sequence::SequenceEvent;
+use stickslip_system::record::{Event, EventKind};
 
 /// Error of an event found in samples, in distances of times: one for each neighbouring sample.
 pub(super) const FOUND: f64 = 2.0;
@@ -225,4 +227,135 @@ impl Reference {
         }
         Ok((survey, events))
     }
+}
+
+/// The torque of `test` at each of the candidate's breakaways with torques, in parts of the limit of stick; in
+/// increasing order.
+pub(super) fn breakaway_ratios(physics: &Physics, found: &[Found], test: BreakawayTest) -> Vec<f64> {
+    let slips = found.iter().filter(|f| f.kind == EventKind::Slip);
+    let mut ratios: Vec<f64> = slips
+        .filter_map(|f| {
+            let (rotor, stator) = f.torques?;
+            let torque = match test {
+                BreakawayTest::Transmitted => (rotor + stator) / 2.0,
+                BreakawayTest::Stator => stator,
+                BreakawayTest::Rotor => rotor,
+            };
+            let limit = physics.limit(torque, f.time);
+            (limit > 0.0).then(|| torque.abs() / limit)
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios
+}
+
+/// Fills in the torques of given events from samples in order of time.
+#[derive(Debug)]
+pub struct TorqueWatch {
+    /// The events, with the torques at those that have passed.
+    pub events: Vec<Found>,
+    next: usize,
+    passed: f64,
+    /// Time (s), T_r and T_s (N m) of the last three samples, the latest first.
+    recent: [Option<(f64, f64, f64)>; 3],
+}
+
+impl TorqueWatch {
+    /// Starts before the first sample.
+    pub fn new(events: Vec<Found>) -> TorqueWatch {
+        TorqueWatch {
+            events,
+            next: 0,
+            passed: f64::NEG_INFINITY,
+            recent: [None; 3],
+        }
+    }
+
+    /// Takes a sample: time (s), T_r and T_s (N m).
+    pub fn add(&mut self, time: f64, rotor: f64, stator: f64) {
+        while let Some(event) = self.events.get_mut(self.next).filter(|event| event.time <= time) {
+            if event.kind == EventKind::Slip && event.torques.is_none() {
+                event.torques = torques_at_end(&self.recent, self.passed, event.time);
+                event.torque_rate = torque_rate(&self.recent, self.passed);
+            }
+            self.passed = event.time;
+            self.next += 1;
+        }
+        self.recent = [Some((time, rotor, stator)), self.recent[0], self.recent[1]];
+    }
+}
+
+/// The rate of T_f = (T_r + T_s)/2 between the last two samples of one stick, N m/s.
+fn torque_rate(recent: &[Option<(f64, f64, f64)>; 3], from: f64) -> Option<f64> {
+    let [Some(b), Some(a), _] = *recent else {
+        return None;
+    };
+    (a.0 >= from).then(|| ((b.1 - a.1) + (b.2 - a.2)) / 2.0 / (b.0 - a.0))
+}
+
+/// Extrapolates the parabolas through three samples of one stick to its end.
+fn torques_at_end(recent: &[Option<(f64, f64, f64)>; 3], from: f64, time: f64) -> Option<(f64, f64)> {
+    let [Some(a), Some(b), Some(c)] = *recent else {
+        return None;
+    };
+    if c.0 < from {
+        return None;
+    }
+    let weight = |p: f64, q: f64, r: f64| (time - q) * (time - r) / ((p - q) * (p - r));
+    let (wa, wb, wc) = (weight(a.0, b.0, c.0), weight(b.0, a.0, c.0), weight(c.0, a.0, b.0));
+    Some((wa * a.1 + wb * b.1 + wc * c.1, wa * a.2 + wb * b.2 + wc * c.2))
+}
+
+fn separates_from_stick(event: &Event) -> bool {
+    event.kind == EventKind::Separation && event.before.relative_velocity == 0.0
+}
+
+fn closes_into_stick(event: &Event) -> bool {
+    event.kind == EventKind::Contact && event.mode_after == Mode::Stick
+}
+
+/// The event sequence of a run. Without the normal force a separation from stick is the beginning of a slip, and a
+/// contact that begins with a stick is that stick; every other separation and contact is invisible.
+pub(super) fn sequence(events: &[Event], shows_contact: bool) -> Vec<SequenceEvent> {
+    let all = events.iter().filter(|event| event.kind.in_event_sequence());
+    let seen = all.filter_map(|event| {
+        let kind = match event.kind {
+            EventKind::Separation | EventKind::Contact if shows_contact => event.kind,
+            _ if separates_from_stick(event) => EventKind::Slip,
+            _ if closes_into_stick(event) => EventKind::Stick,
+            EventKind::Separation | EventKind::Contact => return None,
+            kind => kind,
+        };
+        Some(SequenceEvent { time: event.time, kind })
+    });
+    seen.collect()
+}
+
+/// A candidate's events without those of a relative velocity that passes zero while the reference's contact is open. A
+/// slip that begins with the separation and a stick that begins with the contact stay.
+pub(super) fn without_open_contact(found: &[Found], events: &[Event]) -> Vec<Found> {
+    let is_change = |event: &&Event| matches!(event.kind, EventKind::Separation | EventKind::Contact);
+    let changes: Vec<&Event> = events.iter().filter(is_change).collect();
+    let stays = |(row, event): &(usize, &Found)| {
+        let next = changes.partition_point(|change| change.time <= event.time);
+        let (opens, closes) = (next.checked_sub(1).map(|k| changes[k]), changes.get(next));
+        let is_open = match opens {
+            Some(change) => change.kind == EventKind::Separation,
+            None => closes.is_some_and(|change| change.kind == EventKind::Contact),
+        };
+        let is_first = |opens: &Event| row.checked_sub(1).is_none_or(|k| found[k].time <= opens.time);
+        let is_last = |closes: &&Event| found.get(row + 1).is_none_or(|next| next.time >= closes.time);
+        match event.kind {
+            _ if !is_open => true,
+            EventKind::Slip => opens.is_some_and(|opens| separates_from_stick(opens) && is_first(opens)),
+            EventKind::Stick => closes.is_some_and(|closes| closes_into_stick(closes) && is_last(closes)),
+            _ => false,
+        }
+    };
+    found
+        .iter()
+        .enumerate()
+        .filter(stays)
+        .map(|(_, event)| *event)
+        .collect()
 }

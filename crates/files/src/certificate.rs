@@ -39,11 +39,11 @@ impl Addition {
         self.attributes.push((name.to_owned(), value.into()));
     }
 
-    /// Adds quantities as attributes: name, value, unit and description.
-    pub fn quantities<'a>(&mut self, all: impl IntoIterator<Item = (&'a str, f64, &'a str, &'a str)>) {
-        let all = all.into_iter();
-        self.attributes
-            .extend(all.flat_map(|(name, value, units, long_name)| quantity(name, value, units, long_name)));
+    /// Adds quantities with their values as attributes.
+    pub fn quantities(&mut self, all: impl Iterator<Item = (Variable, f64)>) {
+        let all =
+            all.flat_map(|(variable, value)| quantity(&variable.name, value, &variable.units, &variable.long_name));
+        self.attributes.extend(all);
     }
 
     /// Adds a dimension with its coordinate: 0, 1, ...

@@ -269,10 +269,8 @@ impl Brake {
                 list(&mut table.iter().map(|corner| corner.1))
             )),
         }
-        let kicks = self
-            .kicks
-            .iter()
-            .map(|(time, size)| format!("{{kind=\"kick\", time={time}, relative_velocity={size:.6e}}}"));
+        let kicks = self.kicks.iter();
+        let kicks = kicks.map(|(time, size)| format!("{{kind=\"kick\", time={time}, relative_velocity={size:.6e}}}"));
         let kicks: Vec<String> = kicks.collect();
         settings.push(format!("perturbation=[{}]", kicks.join(", ")));
         settings.push(format!("output.end_time={:.4}", self.end));

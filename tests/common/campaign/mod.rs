@@ -4,10 +4,9 @@ pub mod brakes;
 pub mod corners;
 pub mod table;
 
-use crate::common::random_brakes::difference;
+use crate::common::cases::difference;
 use brakes::{Drawn, Family, draw};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use rayon::prelude::*;
 use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::analysis::exact::{LONGEST, settle};
@@ -216,33 +215,10 @@ fn errors(events: &[Event], exact: &[OracleEvent]) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// All brakes of the range, over as many threads as STICKSLIP_CAMPAIGN_THREADS says, or as there are processors; prints
-/// what contradicts a certificate as it comes.
+/// All brakes of the range, several at once; prints what contradicts a certificate as it comes.
 pub fn run(range: std::ops::Range<u64>) -> Vec<Outcome> {
-    let threads = std::env::var("STICKSLIP_CAMPAIGN_THREADS")
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    let next = AtomicU64::new(range.start);
-    let outcomes: Mutex<Vec<Outcome>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= range.end {
-                        break;
-                    }
-                    let outcome = hold(index);
-                    report(&outcome);
-                    outcomes.lock().expect("no panic").push(outcome);
-                }
-            });
-        }
-    });
-    let mut outcomes = outcomes.into_inner().expect("no panic");
-    outcomes.sort_by_key(|outcome| outcome.index);
-    outcomes
+    let outcomes = range.into_par_iter().map(hold);
+    outcomes.inspect(report).collect()
 }
 
 fn report(outcome: &Outcome) {

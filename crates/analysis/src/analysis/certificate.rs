@@ -14,6 +14,7 @@ use super::ladder::{
 };
 use super::linearised::{Linearised, linearise};
 use super::warning::{Warning, warnings};
+use crate::error::Error;
 
 pub use super::ladder::{CertifiedEvent, Verdict};
 
@@ -22,7 +23,6 @@ use std::borrow::Cow;
 use stickslip_case::{Case, WrittenCase};
 use stickslip_engine::simulation::Excitation;
 use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions};
-use stickslip_oracle::OracleError;
 use stickslip_system::record::{Event, EventKind, MemoryRecorder};
 
 /// Neighbours on each side. Two methods can agree by accident at one event, so the largest distance counts.
@@ -106,31 +106,13 @@ impl Certificate {
     }
 }
 
-/// Reason why there is no certificate.
-#[derive(Debug, thiserror::Error)]
-pub enum CertifyError {
-    /// The case itself cannot be run.
-    #[error("the run itself fails: {0}")]
-    Run(String),
-    /// The oracle has no solution.
-    #[error(transparent)]
-    Oracle(#[from] OracleError),
-    /// The run was interrupted.
-    #[error("interrupted")]
-    Interrupted,
-}
-
 /// Certifies the events and the rows of [`compared_output`] of a result that the case's own settings reproduce.
 ///
 /// The runs use all processors. `stop` is polled.
 ///
 /// # Errors
 /// The case with its own settings fails, or `stop` returns `true`.
-pub fn certify(
-    case: &Case,
-    result: &MemoryRecorder,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Certificate, CertifyError> {
+pub fn certify(case: &Case, result: &MemoryRecorder, stop: &(dyn Fn() -> bool + Sync)) -> Result<Certificate, Error> {
     certify_until(case, None, result, &Deadline::default(), stop)
 }
 
@@ -140,7 +122,7 @@ pub(super) fn certify_until(
     result: &MemoryRecorder,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Certificate, CertifyError> {
+) -> Result<Certificate, Error> {
     let output = match result.samples.is_empty() {
         true => OutputOptions::at_the_ends(case.output.end_time),
         false => compared_output(&case.output),
@@ -152,10 +134,10 @@ pub(super) fn certify_until(
     // This run serves only to judge a loss of stability.
     let own = can_lose_stability(case).then(|| run(case, &limited(&case.solver), &output, stop));
     if stop() {
-        return Err(CertifyError::Interrupted);
+        return Err(Error::interrupted());
     }
     if let Some(failure) = own.as_ref().and_then(|own| own.rung.failure.clone()) {
-        return Err(CertifyError::Run(failure));
+        return Err(Error::computation(format!("the run itself fails: {failure}")));
     }
     let summary = own.as_ref().map(|own| Summary::of_run(&case.system, &own.report));
     let warnings = summary.iter().flat_map(|summary| warnings(case, summary)).collect();
@@ -175,11 +157,11 @@ pub(super) fn certify_until(
     });
     let Ladder { runs: ladder, left_out } = ladder;
     if stop() {
-        return Err(CertifyError::Interrupted);
+        return Err(Error::interrupted());
     }
     let linearised = match linearised {
         Ok(Ok(linearised)) => linearised,
-        Ok(Err(failure)) => return Err(CertifyError::Run(failure.to_string())),
+        Ok(Err(failure)) => return Err(Error::computation(format!("the run itself fails: {failure}"))),
         Err(panic) => std::panic::resume_unwind(panic),
     };
     // `series` can be free of the noise that triggers the onset in every other method, so `arkode` counts as well.

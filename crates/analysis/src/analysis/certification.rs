@@ -1,9 +1,10 @@
 //! [`Certify`]: certificate of a result by ladder and oracle, and sensitivities of its events.
 
-use super::certificate::{Certificate, CertifyError, certify_until};
+use super::certificate::{Certificate, certify_until};
 use super::exact::{LONGEST, ORACLE_DIGITS, settle};
 use super::ladder::{CertifiedEvent, Deadline, Verdict};
 use super::sensitivity::{CaseSensitivities, sensitivities};
+use crate::error::Error;
 use std::time::Duration;
 use stickslip_case::{Case, CaseError, CaseSource, ExactCase, Override, WrittenCase};
 use stickslip_oracle::OracleSolution;
@@ -174,7 +175,7 @@ impl<'a> Certify<'a> {
     /// # Errors
     /// The case with its own settings fails, the oracle finds no solution, or the certification is interrupted before
     /// the certificate is complete.
-    pub fn start(self, result: &MemoryRecorder) -> Result<Certified, CertifyError> {
+    pub fn start(self, result: &MemoryRecorder) -> Result<Certified, Error> {
         let Certify {
             case, deadline, watch, ..
         } = self;
@@ -203,7 +204,7 @@ impl<'a> Certify<'a> {
             );
             match settled {
                 Ok(solution) => certified.exact = Some(solution),
-                Err(CertifyError::Interrupted) => {
+                Err(error) if error.is_interrupted() => {
                     certified.interrupted = Some(Stage::Oracle);
                     return Ok(certified);
                 }

@@ -4,8 +4,9 @@
 //! if the result is better than every witness. The distance to the oracle's events is the error itself, up to the
 //! oracle's own error.
 
-use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict};
+use super::certificate::{Certificate, CertifiedEvent, LARGEST_SHARE, Verdict};
 use super::ladder::time_scale;
+use crate::error::Error;
 use num_rational::BigRational;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ pub fn settle(
     result: &[Event],
     asked: (u32, Duration),
     watch: &dyn Watch,
-) -> Result<OracleSolution, CertifyError> {
+) -> Result<OracleSolution, Error> {
     let mut solution = solve(case, exact, certificate, asked, watch)?;
     drop_events_at_the_end(&mut solution, result, case.output.end_time);
     drop_unresolved_separations(&mut solution, result);
@@ -109,7 +110,7 @@ fn solve(
     certificate: &Certificate,
     (digits, longest): (u32, Duration),
     watch: &dyn Watch,
-) -> Result<OracleSolution, CertifyError> {
+) -> Result<OracleSolution, Error> {
     // A kick ends the growth at the first stick, near the onset that the methods find.
     let kicked = !case.system.kicks.is_empty();
     let growth = match certificate.growth_to_onset.filter(|_| kicked) {
@@ -123,8 +124,8 @@ fn solve(
         ..request(&case.solver, &case.output, digits, longest)
     };
     oracle::solve(&exact.system, &request, watch).map_err(|error| match watch.stopped() {
-        true => CertifyError::Interrupted,
-        false => CertifyError::Oracle(error),
+        true => Error::interrupted(),
+        false => error.into(),
     })
 }
 

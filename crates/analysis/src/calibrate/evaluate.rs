@@ -44,7 +44,7 @@ impl TargetEvaluator<'_> {
         let result = match outcome {
             Ok(Some(outcome)) => outcome.result,
             Ok(None) => return Err(Halted),
-            Err(message) => Err(message),
+            Err(error) => Err(error.to_string()),
         };
         let residual = |target: &Target| {
             let residual = result.as_ref().map_or(f64::NAN, |values| target.residual(values));

@@ -17,8 +17,8 @@ mod search;
 mod study;
 mod target;
 
-pub use output::write_file;
+pub use output::CalibrationRun;
 pub use region::{Correlation, Determined, Interval};
-pub use search::{Calibration, CalibrationError, Compromise, calibrate};
+pub use search::{Calibration, Compromise, calibrate};
 pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy};
 pub use target::{Role, Target, TargetResult};

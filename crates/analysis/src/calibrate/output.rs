@@ -1,20 +1,37 @@
 //! File of a calibration: a sweep file of all runs, with the results of the search.
 
-use super::region::Determined;
-use super::search::Calibration;
+use super::region::{Determined, Interval};
+use super::search::{Calibration, calibrate};
 use super::study::CalibrationStudy;
 use super::target::{Role, Target, TargetResult};
+use crate::error::Error;
 use crate::provenance;
+use crate::study::StudyRun;
 use crate::sweep::{header, sweep_variables};
 use std::path::PathBuf;
-use stickslip_files::{FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter};
+use stickslip_files::schema::Variable;
+use stickslip_files::{
+    DeclaredColumn, FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter,
+    columns,
+};
 
-/// Writes a calibration to a reserved place and returns its path. An incomplete calibration keeps the partial name.
-pub fn write_file(
-    study: &CalibrationStudy,
-    calibration: &Calibration,
-    place: Reservation,
-) -> Result<PathBuf, ResultError> {
+/// Builder of a calibration; `start` finds the parameters and writes the file.
+pub type CalibrationRun<'a> = StudyRun<'a, CalibrationStudy>;
+
+impl CalibrationRun<'_> {
+    /// Calibrates, and returns the path of the file and the results. An incomplete calibration keeps the partial name.
+    ///
+    /// # Errors
+    /// Those of [`calibrate`], or the file cannot be written.
+    pub fn start(self) -> Result<(PathBuf, Calibration), Error> {
+        let place = Reservation::take(self.path, self.overwrite, &self.study.runs.head.files)?;
+        let calibration = calibrate(self.study, self.workers, self.watch)?;
+        let file = write(self.study, &calibration, place).map_err(Error::computation)?;
+        Ok((file, calibration))
+    }
+}
+
+fn write(study: &CalibrationStudy, calibration: &Calibration, place: Reservation) -> Result<PathBuf, ResultError> {
     let mut meta = provenance::build();
     meta.extend(provenance::point_command(study.runs.point_command()));
     let header = header(&study.runs, "calibrate", study.digest(), meta);
@@ -53,9 +70,14 @@ pub fn write_file(
     writer.finish(&Status::of(calibration.interrupted))
 }
 
+/// Column of the codes 0, 1, ... with these words.
 fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> FileColumn {
     let words: Vec<(i64, String)> = (0..).zip(words).collect();
     FileColumn::codes(name, long_name, 0..words.len() as i8, words)
+}
+
+fn flags<const N: usize>(words: [&str; N]) -> Vec<(i64, String)> {
+    (0..).zip(words.map(str::to_owned)).collect()
 }
 
 fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
@@ -67,10 +89,7 @@ fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -
 }
 
 fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
-    let ends = |share: f64| {
-        let axes = study.runs.axes.iter();
-        axes.map(move |axis| axis.at(share).as_number().unwrap_or(f64::NAN))
-    };
+    let ends = |share: f64| study.parameters(&vec![share; study.runs.axes.len()]);
     let optimum = "where the largest residual is least, in the unit of the parameter";
     let mut columns = vec![
         index("parameter", "the key of the parameter", parameter_names(study)),
@@ -83,64 +102,40 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
         columns.push(numbers("compromise", long_name, compromise.parameters.clone()));
     }
     if !calibration.intervals.is_empty() {
-        let intervals = || calibration.intervals.iter();
-        let (least, largest) = (intervals().map(|one| one.least), intervals().map(|one| one.largest));
-        columns.push(numbers("least", "least value for which the held targets hold", least));
-        columns.push(numbers(
-            "largest",
-            "largest value for which the held targets hold",
-            largest,
-        ));
-        let long_name = "from which sides the targets bound it within the range";
-        let words = Determined::ALL.map(|found| (found as i64, found.name().to_owned()));
-        let codes = intervals().map(|interval| interval.determined as i8);
-        columns.push(FileColumn::codes("determined", long_name, codes, words.into()));
+        columns.extend(INTERVAL_COLUMNS.iter().map(|column| column.of(&calibration.intervals)));
     }
     columns
 }
 
+const INTERVAL_COLUMNS: &[DeclaredColumn<Interval>] = &columns! { interval, x:
+    Variable::quantity("least", "1", "least value for which the held targets hold"), interval.least, interval.least = x;
+    Variable::quantity("largest", "1", "largest value for which the held targets hold"),
+        interval.largest, interval.largest = x;
+    Variable::words("determined", "from which sides the targets bound it within the range", flags(Determined::NAMES)),
+        f64::from(interval.determined as i8), _ = (interval, x);
+};
+
 fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
+    // Numbers are in the unit of the target, residuals in half-widths.
+    let declared: [DeclaredColumn<(&Target, &TargetResult)>; 7] = columns! { of, x:
+        Variable::quantity("value", "1", "as measured, in the unit of the target"), of.0.value, _ = (of, x);
+        Variable::quantity("half_width", "1", "how far the quantity may lie from it, in the unit of the target"),
+            of.0.half_width, _ = (of, x);
+        Variable::quantity("here", "1", "of the run with the calibrated parameters, in the unit of the target"),
+            of.1.here, _ = (of, x);
+        Variable::quantity("residual", "1", "distance from the measured value in half-widths"), of.1.residual, _ = (of, x);
+        Variable::quantity("nearest", "1", "the least residual found anywhere in the ranges"), of.1.nearest, _ = (of, x);
+        Variable::quantity(
+            "together", "1", "the largest residual that is left if it is held with the others; only of those that contradict"),
+            of.1.together, _ = (of, x);
+        Variable::words("role", "role of the target", flags(Role::NAMES)), f64::from(of.1.role as i8), _ = (of, x);
+    };
+    let pairs: Vec<(&Target, &TargetResult)> = study.targets.iter().zip(&calibration.targets).collect();
     let measured = study.targets.iter().map(|target| target.name().to_owned());
-    let mut columns = vec![index("target", "the quantity that was measured", measured)];
-    type OfTarget = fn(&Target, &TargetResult) -> f64;
-    let declared: [(&str, &str, OfTarget); 6] = [
-        ("value", "as measured, in the unit of the target", |target, _| {
-            target.value
-        }),
-        (
-            "half_width",
-            "how far the quantity may lie from it, in the unit of the target",
-            |target, _| target.half_width,
-        ),
-        (
-            "here",
-            "of the run with the calibrated parameters, in the unit of the target",
-            |_, result| result.here,
-        ),
-        (
-            "residual",
-            "distance from the measured value in half-widths",
-            |_, result| result.residual,
-        ),
-        (
-            "nearest",
-            "the least residual found anywhere in the ranges",
-            |_, result| result.nearest,
-        ),
-        (
-            "together",
-            "the largest residual that is left if it is held with the others; only of those that contradict",
-            |_, result| result.together,
-        ),
-    ];
-    columns.extend(declared.into_iter().map(|(name, long_name, of)| {
-        let pairs = study.targets.iter().zip(&calibration.targets);
-        numbers(name, long_name, pairs.map(|(target, result)| of(target, result)))
-    }));
-    let roles = calibration.targets.iter().map(|result| result.role as i8);
-    let words = Role::ALL.map(|role| (role as i64, role.name().to_owned()));
-    columns.push(FileColumn::codes("role", "role of the target", roles, words.into()));
-    columns
+    let names = index("target", "the quantity that was measured", measured);
+    std::iter::once(names)
+        .chain(declared.iter().map(|column| column.of(&pairs)))
+        .collect()
 }
 
 fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
@@ -152,6 +147,6 @@ fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> V
         FileColumn::counts("pair", "index of the pair", 0..pairs().len() as i64),
         FileColumn::codes("first", "one parameter", side(0), words.clone()),
         FileColumn::codes("second", "the other", side(1), words),
-        FileColumn::numbers("correlation", "1", long_name, pairs().map(|pair| pair.coefficient)),
+        numbers("correlation", long_name, pairs().map(|pair| pair.coefficient)),
     ]
 }

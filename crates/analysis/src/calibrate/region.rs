@@ -24,22 +24,12 @@ pub enum Determined {
 }
 
 impl Determined {
-    /// All kinds, in the order of their codes.
-    pub const ALL: [Determined; 4] = [
-        Determined::Both,
-        Determined::FromAboveOnly,
-        Determined::FromBelowOnly,
-        Determined::Not,
-    ];
+    /// Names in a word, in the order of the codes.
+    pub const NAMES: [&str; 4] = ["determined", "bounded-above", "bounded-below", "undetermined"];
 
     /// Name in a word.
     pub fn name(self) -> &'static str {
-        match self {
-            Determined::Both => "determined",
-            Determined::FromAboveOnly => "bounded-above",
-            Determined::FromBelowOnly => "bounded-below",
-            Determined::Not => "undetermined",
-        }
+        Determined::NAMES[self as usize]
     }
 }
 

@@ -5,6 +5,7 @@ use super::local::{apart, least, least_worst};
 use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
 use super::study::CalibrationStudy;
 use super::target::{Role, TargetResult};
+use crate::error::{Error, ErrorKind};
 use crate::sweep::sobol;
 use stickslip_system::watch::Watch;
 
@@ -44,17 +45,6 @@ pub struct Compromise {
     pub residuals: Vec<f64>,
 }
 
-/// Error of a calibration.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    /// No parameters were found; reason and remedy.
-    #[error("{0}")]
-    Failed(String),
-    /// The calibration was interrupted before a first run.
-    #[error("interrupted before the first run was done")]
-    NothingRun,
-}
-
 /// Number of local searches for each of many side questions.
 const FEWER: usize = 4;
 
@@ -74,7 +64,7 @@ struct Calibrating<'a> {
 ///
 /// # Errors
 /// All runs fail, no target can be met in the ranges, or the calibration was interrupted before the first run.
-pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) -> Result<Calibration, CalibrationError> {
+pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) -> Result<Calibration, Error> {
     let mut state = Calibrating {
         evaluator: TargetEvaluator { study, workers, watch },
         pool: Vec::new(),
@@ -90,8 +80,8 @@ pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) ->
     let failures = state.pool.iter().filter_map(|point| point.result.as_ref().err());
     let failed = failures.clone().count();
     if failed == state.pool.len() {
-        let first = failures.clone().next().ok_or(CalibrationError::NothingRun)?;
-        return Err(CalibrationError::Failed(format!(
+        let first = failures.clone().next().ok_or_else(nothing_run)?;
+        return Err(Error::computation(format!(
             "all {failed} runs failed, the first with: {first}. Change the ranges of the free parameters"
         )));
     }
@@ -99,15 +89,15 @@ pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) ->
     if answer.held.is_empty() {
         let near = fitted.iter().copied();
         let near = near.min_by(|&a, &b| nearest(a).abs().total_cmp(&nearest(b).abs()));
-        let near = near.ok_or(CalibrationError::NothingRun)?;
-        return Err(CalibrationError::Failed(format!(
+        let near = near.ok_or_else(nothing_run)?;
+        return Err(Error::computation(format!(
             "no target holds anywhere in the ranges of the free parameters; the nearest is {}, {:.1} half-widths off. Widen the \
              ranges, or free other parameters",
             study.targets[near].name(),
             nearest(near)
         )));
     }
-    let best = least(&state.pool, &answer.held).ok_or(CalibrationError::NothingRun)?;
+    let best = least(&state.pool, &answer.held).ok_or_else(nothing_run)?;
     let mut reachable = fitted.clone();
     reachable.retain(|k| !answer.out_of_reach.contains(k));
     let worst = |members: &[usize]| least(&state.pool, members).map_or(f64::INFINITY, |point| point.worst(members));
@@ -155,6 +145,10 @@ pub fn calibrate(study: &CalibrationStudy, workers: usize, watch: &dyn Watch) ->
             .map(|point| (point.shares, point.result))
             .collect(),
     })
+}
+
+fn nothing_run() -> Error {
+    Error::new(ErrorKind::Interrupted, "interrupted before the first run was done")
 }
 
 #[derive(Default)]

@@ -1,9 +1,8 @@
 //! Study file of a calibration: base case, free parameters, measured numbers.
 
 use super::target::{self, Target};
-use crate::study::{Head, PROBES, StudyReader, StudySource, check_points};
+use crate::study::{PROBES, StudyHead, StudyReader, StudySource, check_points, hash_of};
 use crate::sweep::{ParameterAxis, Study, case_along, read_axis, sobol};
-use sha2::{Digest, Sha256};
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
 use stickslip_case::document::PlacedValue;
@@ -52,14 +51,14 @@ impl CalibrationStudy {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
         // Thousands of runs use the fastest method, unless the study sets another one.
         let method = Override::setting("solver.method", &Setting::Text("series".to_owned()));
-        let head = Head::read(&mut reader, &root, &source, vec![method], overrides);
-        let free = read_free(&mut reader, &head.keys, &root);
+        let (head, keys) = StudyHead::read(&mut reader, &root, source, vec![method], overrides);
+        let free = read_free(&mut reader, &keys, &root);
         let targets = read_targets(&mut reader, &head, &free, &root);
         let search = read_search(&mut reader, &root).filter(|_| reader.is_clean());
-        let Some((search, runs)) = search.and_then(|search| Some((search, Study::of_ranges(head, source, free)?)))
-        else {
+        let Some(search) = search else {
             return Err(reader.into_error());
         };
+        let runs = Study::of_ranges(head, free);
         let study = CalibrationStudy { runs, targets, search };
         study.check()?;
         Ok(study)
@@ -88,16 +87,13 @@ impl CalibrationStudy {
 
     /// Hash of everything that determines the study's results, including the program version: 64 hexadecimal digits.
     pub fn digest(&self) -> String {
-        let mut hash = Sha256::new();
-        hash.update(self.runs.digest());
-        hash.update(format!("{:?} {:?}", self.targets, self.search));
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        hash_of(format!("{}{:?} {:?}", self.runs.digest(), self.targets, self.search))
     }
 
     fn check(&self) -> Result<(), CaseError> {
         let shares = sobol(self.runs.axes.len(), PROBES, self.search.seed);
         let cases = shares.iter().map(|shares| self.case_at(shares));
-        check_points(cases, &self.runs.settings, &self.runs.source.label())
+        check_points(cases, &self.runs.head.settings, &self.runs.head.source.label())
     }
 }
 
@@ -135,9 +131,9 @@ fn read_free(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> 
     free
 }
 
-fn read_targets(reader: &mut StudyReader, head: &Head, free: &[ParameterAxis], root: &PlacedValue) -> Vec<Target> {
+fn read_targets(reader: &mut StudyReader, head: &StudyHead, free: &[ParameterAxis], root: &PlacedValue) -> Vec<Target> {
     let case = case_along(free, head);
-    let kind = (case.as_ref().map(|case| &case.system), head.keys.words.motion());
+    let kind = (case.as_ref().map(|case| &case.system), head.words.motion());
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
     let mut targets: Vec<Target> = Vec::new();
     for (path, node) in reader.tables(root, "target", Some(missing)) {

@@ -50,17 +50,12 @@ pub enum Role {
 }
 
 impl Role {
-    /// All roles, in the order of their codes.
-    pub const ALL: [Role; 4] = [Role::Held, Role::Contradicts, Role::OutOfReach, Role::Compared];
+    /// Names in a word, in the order of the codes.
+    pub const NAMES: [&str; 4] = ["held", "contradicts", "out-of-reach", "compared"];
 
     /// Name in a word.
     pub fn name(self) -> &'static str {
-        match self {
-            Role::Held => "held",
-            Role::Contradicts => "contradicts",
-            Role::OutOfReach => "out-of-reach",
-            Role::Compared => "compared",
-        }
+        Role::NAMES[self as usize]
     }
 }
 

@@ -2,11 +2,11 @@
 
 use super::curve::{DISTANCE, border_point};
 use super::ending::EndReason;
-use super::follow::{BranchFollower, FoundPoint, LOCATED, MOST_HALVINGS, SHORT};
-use super::manifold::{Local, Measured, What};
-use super::special::Special;
-use super::station::{Station, Trial, scaled};
-use crate::cycle::{Border, CycleError, Guess, NewtonEquations as _, tangent};
+use super::follow::{BranchFollower, FoundPoint, LOCATED, MOST_HALVINGS, Ray, SHORT};
+use super::manifold::Measured;
+use super::special::{Special, Station, Trial, scaled};
+use crate::cycle::{Border, Nearest, NewtonEquations as _, What, tangent};
+use crate::error::{Error, attempt};
 use nalgebra::DVector;
 
 /// Relative distance at which a border is reached. The second holds for a quantity that vanishes like a root.
@@ -25,30 +25,11 @@ const BEYOND: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Multiple of the step. If the error of closure exceeds it, the motion has jumped at the border.
 const JUMPED: f64 = 50.0;
 
-fn told(trial: &Result<Option<Trial>, CycleError>) -> String {
-    match trial {
-        Ok(Some(trial)) => {
-            let measured = &trial.station.measured;
-            format!(
-                "{:?}, {}, {:?}",
-                measured.guess.values, measured.sequence, measured.nearest
-            )
-        }
-        Ok(None) => "no solution".to_owned(),
-        Err(error) => error.to_string(),
-    }
-}
-
 impl<'a> BranchFollower<'a> {
     /// Locates the border and continues beyond it, if a step changes the sequence of events or finds no solution.
     /// `None`: there is no border, and a shorter step may stay on the branch.
-    pub(super) fn border(
-        &mut self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-    ) -> Result<Option<Vec<FoundPoint>>, CycleError> {
-        let word = self.current.measured.word.clone();
+    pub(super) fn border(&mut self, ray: &mut Ray<'_, 'a>, step: f64) -> Result<Option<Vec<FoundPoint>>, Error> {
+        let word = self.current.measured.orbit.word.clone();
         let (mut low, mut high) = (0.0, step);
         let (mut last, mut first): (Option<Trial>, Option<Trial>) = (None, None);
         for _ in 0..MOST_HALVINGS {
@@ -56,21 +37,14 @@ impl<'a> BranchFollower<'a> {
             if high - low <= LOCATED * step || middle <= low || middle >= high {
                 break;
             }
-            let trial = self.trial_near(local, at, middle, step);
-            log::debug!("border at {middle:.17e}: {}", told(&trial));
-            match trial {
-                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-                Ok(Some(trial)) if trial.station.measured.word == word => {
+            match attempt(self.trial_near(ray, middle, step))?.flatten() {
+                Some(trial) if trial.station.measured.orbit.word == word => {
                     low = middle;
                     last = Some(trial);
                 }
-                Ok(Some(trial)) => {
+                trial => {
                     high = middle;
-                    first = Some(trial);
-                }
-                Ok(None) | Err(_) => {
-                    high = middle;
-                    first = None;
+                    first = trial;
                 }
             }
         }
@@ -84,14 +58,14 @@ impl<'a> BranchFollower<'a> {
                 return Ok(None);
             }
             let speed = |station: &Station| {
-                let (least, largest) = station.measured.relative_velocity;
+                let (least, largest) = station.measured.orbit.relative_velocity;
                 least.abs().max(largest.abs())
             };
             let fastest = self.before.iter().map(speed).fold(speed(&self.current), f64::max);
             let rests = matches!(self.manifold.what, What::Steady(_)) && speed(&station) < AT_BORDER * fastest;
             self.accept(station.clone());
             if !rests {
-                self.failure = Some(self.reason(local, &(at.0 + at.1 * high)));
+                self.failure = Some(self.reason(ray.local, &(ray.x + ray.along * high)));
             }
             if low > 0.0 {
                 found.push(FoundPoint::Point(Box::new(station)));
@@ -108,8 +82,8 @@ impl<'a> BranchFollower<'a> {
             }
             _ => true,
         };
-        found.extend(self.between(local, at, low, &station)?.into_iter().filter(apart));
-        let edge = local.unknowns(&station.measured.guess);
+        found.extend(self.between(ray, low, &station)?.into_iter().filter(apart));
+        let edge = ray.local.unknowns(&station.measured.guess);
         let mut beyond = None;
         // The branch continues unless it jumps. Derivatives are inaccurate near a border, so it continues from a
         // distant point if possible.
@@ -119,7 +93,7 @@ impl<'a> BranchFollower<'a> {
             (at_border, beyond) = (Some(station), farther);
         }
         if beyond.is_none() {
-            beyond = self.folded(local, &edge, at.1, &word)?.or(at_border);
+            beyond = self.folded(ray, &edge, &word)?.or(at_border);
         }
         let (border, edge) = self.sharpened(border, station, beyond.as_ref())?;
         // Both sides see the same border.
@@ -136,36 +110,27 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Point just beyond a border with the direction away from it, and a more distant point.
-    fn away(&self, station: Station) -> Result<(Station, Option<Station>), CycleError> {
+    fn away(&self, mut station: Station) -> Result<(Station, Option<Station>), Error> {
         let guess = &station.measured.guess;
         let mut local = self.manifold.local(guess)?;
         let x = local.unknowns(guess);
         let along = scaled(&local, &station.direction);
         for step in [1e-2, 1e-3, 1e-4, 1e-5] {
             for sign in [1.0, -1.0] {
-                let trial = self.trial(&mut local, (&x, &(&along * sign)), step * self.steps.longest);
-                log::debug!(
-                    "away by {:.1e}: {}, from {:?}",
-                    sign * step,
-                    told(&trial),
-                    station.measured.nearest
-                );
-                let trial = match trial {
-                    Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-                    Ok(Some(trial)) => trial.station,
-                    Ok(None) | Err(_) => continue,
+                let ray = &mut Ray {
+                    local: &mut local,
+                    x: &x,
+                    along: &(&along * sign),
                 };
+                let trial = self.trial(ray, step * self.steps.longest);
                 // A step back across the border has the previous events.
-                if trial.measured.word == station.measured.word {
-                    let station = match sign < 0.0 {
-                        true => Station {
-                            direction: -&station.direction,
-                            tests: station.tests.turned(),
-                            ..station
-                        },
-                        false => station,
-                    };
-                    return Ok((station, Some(trial)));
+                let same = |trial: &Trial| trial.station.measured.orbit.word == station.measured.orbit.word;
+                if let Some(trial) = attempt(trial)?.flatten().filter(same) {
+                    if sign < 0.0 {
+                        station.direction.neg_mut();
+                        station.tests = station.tests.turned();
+                    }
+                    return Ok((station, Some(trial.station)));
                 }
             }
         }
@@ -173,90 +138,83 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Border from its regular side, sought from a distant point: the current point, or `farther` beyond.
-    fn sharpened(
-        &self,
-        border: Border,
-        edge: Station,
-        farther: Option<&Station>,
-    ) -> Result<(Border, Station), CycleError> {
-        if border.is_regular() && edge.measured.nearest.is_some_and(|nearest| nearest.1.abs() < EXACT) {
+    fn sharpened(&self, border: Border, edge: Station, farther: Option<&Station>) -> Result<(Border, Station), Error> {
+        if border.is_regular()
+            && edge
+                .measured
+                .orbit
+                .nearest
+                .is_some_and(|nearest| nearest.distance.abs() < EXACT)
+        {
             return Ok((border, edge));
         }
         // A distant point with the same events.
         let apart = |station: &&Station| {
             let measured = &station.measured;
-            let far = measured
-                .nearest
-                .is_some_and(|nearest| nearest.0 == border && nearest.1 > 4.0 * DISTANCE);
-            far && measured.word == self.current.measured.word
+            let nearest = measured.orbit.nearest;
+            let far = nearest.is_some_and(|nearest| nearest.border == border && nearest.distance > 4.0 * DISTANCE);
+            far && measured.orbit.word == self.current.measured.orbit.word
         };
         let near = std::iter::once(&self.current).chain(&self.before).find(apart);
         let near = near.unwrap_or(&self.current);
         let own = (border, &near.measured.guess);
-        let others = farther.and_then(|farther| Some((farther.measured.nearest?.0, &farther.measured.guess)));
-        let sides = std::iter::once(own).chain(others);
-        for (border, near) in sides.filter(|side| side.0.is_regular()) {
+        let others =
+            farther.and_then(|farther| Some((farther.measured.orbit.nearest?.border, &farther.measured.guess)));
+        let sides = std::iter::once(own).chain(others).filter(|side| side.0.is_regular());
+        // A graze has only one side.
+        let places = [&edge, &self.current].into_iter().chain(&self.before).take(GRAZING);
+        let grazes = places
+            .filter(|_| border.grazes())
+            .map(|place| (border, &place.measured.guess));
+        let mut found = None;
+        for (border, near) in sides.chain(grazes) {
             if let Some((guess, measured)) = border_point(self.manifold, border, near, None)? {
-                let measured = Measured { guess, ..measured };
-                return Ok((border, Station { measured, ..edge }));
+                found = Some((border, Measured { guess, ..measured }));
+                break;
             }
         }
-        if border.grazes() {
-            // A graze has only one side.
-            let places = [&edge, &self.current].into_iter().chain(&self.before).take(GRAZING);
-            let places: Vec<Guess> = places.map(|station| station.measured.guess.clone()).collect();
-            for near in places {
-                if let Some((guess, measured)) = border_point(self.manifold, border, &near, None)? {
-                    let measured = Measured { guess, ..measured };
-                    return Ok((border, Station { measured, ..edge }));
-                }
-            }
-        }
-        Ok((border, edge))
+        Ok(match found {
+            Some((border, measured)) => (border, Station { measured, ..edge }),
+            None => (border, edge),
+        })
     }
 
     /// Border at the last point before it, or at the first point beyond; of its two names, the regular one.
     fn border_of(&self, station: &Station, beyond: Option<&Trial>) -> Option<Border> {
-        let at = |&(border, distance): &(Border, f64)| match border {
-            Border::Landing | Border::Slip | Border::Separation => distance.abs() < AT_VANISHING,
-            _ => distance.abs() < AT_BORDER,
+        let at = |nearest: &Nearest| match nearest.border {
+            Border::Landing | Border::Slip | Border::Separation => nearest.distance.abs() < AT_VANISHING,
+            _ => nearest.distance.abs() < AT_BORDER,
         };
-        let near = |station: &Station| station.measured.nearest.filter(at).map(|nearest| nearest.0);
+        let near = |station: &Station| station.measured.orbit.nearest.filter(at).map(|nearest| nearest.border);
         let both = [near(station), beyond.and_then(|trial| near(&trial.station))];
         let mut known = both.into_iter().flatten();
         known.clone().find(|border| border.is_regular()).or(known.next())
     }
 
     /// First point beyond a border at which the branch turns back.
-    fn folded(
-        &self,
-        local: &mut Local<'a>,
-        edge: &DVector<f64>,
-        along: &DVector<f64>,
-        word: &[u8],
-    ) -> Result<Option<Station>, CycleError> {
+    fn folded(&self, ray: &mut Ray<'_, 'a>, edge: &DVector<f64>, word: &[u8]) -> Result<Option<Station>, Error> {
         for share in BEYOND {
-            let outside = edge + along * (share * self.steps.longest);
-            let Ok((residual, jacobian)) = local.evaluate(&outside) else {
+            let outside = edge + ray.along * (share * self.steps.longest);
+            let Ok((residual, jacobian)) = ray.local.evaluate(&outside) else {
                 continue;
             };
-            let there = local.last().map(crate::cycle::word);
+            let there = ray.local.last.as_ref().map(crate::cycle::word);
             if there.is_none_or(|there| there == word) || residual.amax() > JUMPED * share * self.steps.longest {
                 continue;
             }
-            let Some(direction) = tangent(&jacobian, along) else {
+            let Some(direction) = tangent(&jacobian, ray.along) else {
                 continue;
             };
             for sign in [1.0, -1.0] {
-                let direction = &direction * sign;
+                let ray = &mut Ray {
+                    local: &mut *ray.local,
+                    x: edge,
+                    along: &(&direction * sign),
+                };
                 for step in [1e-2, 1e-3, 1e-1] {
                     let step = step * self.steps.longest;
-                    let trial = match self.trial(local, (edge, &direction), step) {
-                        Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-                        Ok(Some(trial)) => trial,
-                        Ok(None) | Err(_) => continue,
-                    };
-                    if trial.station.measured.word != word {
+                    let trial = attempt(self.trial(ray, step))?.flatten();
+                    if let Some(trial) = trial.filter(|trial| trial.station.measured.orbit.word != word) {
                         return Ok(Some(trial.station));
                     }
                 }

@@ -1,8 +1,11 @@
 //! Curves of special points in two parameters.
 
-use super::manifold::{Local, Manifold, Measured};
-use super::special::{Special, critical_pair};
-use crate::cycle::{Border, CycleError, Guess, NewtonEquations, NoSolution, solve, tangent};
+use super::manifold::Measured;
+use super::special::{Special, critical_pair, row};
+use crate::cycle::{
+    Border, Guess, Local, Manifold, NewtonEquations, NewtonSolution, no_steady_sliding, solve, tangent,
+};
+use crate::error::{Error, attempt};
 use nalgebra::{DMatrix, DVector};
 
 /// Step in scaled unknowns for the derivatives of the condition.
@@ -62,7 +65,7 @@ impl Conditioned<'_> {
         match self.special {
             Special::Fold => Some(jacobian.columns(0, rows).into_owned()),
             Special::Flip => {
-                let shot = self.local.last()?;
+                let shot = self.local.last.as_ref()?;
                 let (scale, n) = (self.local.scale(), shot.end.len());
                 Some(DMatrix::from_fn(n, n, |i, j| {
                     shot.by_state[(i, j)] * scale[j] / scale[i] + f64::from(i == j)
@@ -73,20 +76,20 @@ impl Conditioned<'_> {
     }
 
     /// The equations must have just been evaluated at this point.
-    fn condition(&mut self, x: &DVector<f64>, jacobian: &DMatrix<f64>) -> Result<f64, CycleError> {
+    fn condition(&mut self, x: &DVector<f64>, jacobian: &DMatrix<f64>) -> Result<f64, Error> {
         if let Some(matrix) = self.singular(jacobian) {
             let n = matrix.nrows();
             if self.border.is_none() {
                 self.border = null_vectors(&matrix);
             }
-            let (left, right) = self.border.as_ref().ok_or(CycleError::NoSteadySliding)?;
+            let (left, right) = self.border.as_ref().ok_or_else(no_steady_sliding)?;
             let mut bordered = DMatrix::zeros(n + 1, n + 1);
             bordered.view_mut((0, 0), (n, n)).copy_from(&matrix);
             bordered.view_mut((0, n), (n, 1)).copy_from(left);
             bordered.view_mut((n, 0), (1, n)).copy_from(&right.transpose());
             let mut unit = DVector::zeros(n + 1);
             unit[n] = 1.0;
-            let solved = bordered.lu().solve(&unit).ok_or(CycleError::NoSteadySliding)?;
+            let solved = bordered.lu().solve(&unit).ok_or_else(no_steady_sliding)?;
             return Ok(solved[n]);
         }
         let measured = self.manifold.measure(&self.local.guess(x)?)?;
@@ -108,12 +111,12 @@ fn value(special: Special, measured: &Measured) -> Option<f64> {
 }
 
 fn nearest(measured: &Measured, border: Border) -> Option<f64> {
-    let distances = measured.margins.iter().filter(|margin| margin.0 == border);
-    distances.map(|margin| margin.1).min_by(f64::total_cmp)
+    let margins = measured.orbit.margins.iter().filter(|margin| margin.border == border);
+    margins.map(|margin| margin.distance).min_by(f64::total_cmp)
 }
 
 impl NewtonEquations for Conditioned<'_> {
-    fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), CycleError> {
+    fn evaluate(&mut self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let (residual, jacobian) = self.local.evaluate(x)?;
         let own = self.condition(x, &jacobian)?;
         let (rows, columns) = jacobian.shape();
@@ -123,7 +126,7 @@ impl NewtonEquations for Conditioned<'_> {
         let mut slopes = DMatrix::zeros(rows + 1, columns);
         slopes.rows_mut(0, rows).copy_from(&jacobian);
         for column in 0..columns {
-            let mut side = |sign: f64| -> Result<f64, CycleError> {
+            let mut side = |sign: f64| -> Result<f64, Error> {
                 let mut moved = x.clone();
                 moved[column] += sign * MOVE;
                 let (_, jacobian) = self.local.evaluate(&moved)?;
@@ -133,7 +136,7 @@ impl NewtonEquations for Conditioned<'_> {
         }
         match all.iter().chain(slopes.iter()).all(|x| x.is_finite()) {
             true => Ok((all, slopes)),
-            false => Err(CycleError::NoSteadySliding),
+            false => Err(no_steady_sliding()),
         }
     }
 }
@@ -144,15 +147,13 @@ pub(crate) fn border_point(
     border: Border,
     near: &Guess,
     held: Option<usize>,
-) -> Result<Option<(Guess, Measured)>, CycleError> {
+) -> Result<Option<(Guess, Measured)>, Error> {
     let special = Special::Border(border);
     let mut found: Vec<Guess> = Vec::new();
     for share in SHARES {
         let last = found.last().unwrap_or(near);
-        let mut equations = match at(manifold, special, last, share * level(special)) {
-            Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-            Err(_) => break,
-            Ok(equations) => equations,
+        let Some(mut equations) = attempt(at(manifold, special, last, share * level(special)))? else {
+            break;
         };
         let x = equations.local.unknowns(last);
         // There are as many equations as unknowns, except for a fixed parameter.
@@ -161,25 +162,18 @@ pub(crate) fn border_point(
             Some(number) => DMatrix::from_fn(1, x.len(), |_, j| f64::from(j == x.len() - numbers + number)),
             None => DMatrix::zeros(0, x.len()),
         };
-        match solve(&mut equations, &x, &plane) {
-            Ok(solution) => found.push(equations.local.guess(&solution.x)?),
-            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
-            Err(error) => {
-                log::debug!("{border:?} at {:?}: {error:?}", last.values);
-                break;
-            }
-        }
+        let Some(solution) = attempt(solve(&mut equations, &x, &plane, last.period))? else {
+            break;
+        };
+        found.push(equations.local.guess(&solution.x)?);
     }
     if found.len() < LEAST_SHARES {
         return Ok(None);
     }
     let weights = weights(border, found.len());
-    let line = |of: &dyn Fn(&Guess) -> f64| {
-        found
-            .iter()
-            .zip(&weights)
-            .map(|(guess, weight)| weight * of(guess))
-            .sum::<f64>()
+    let line = |of: &dyn Fn(&Guess) -> f64| -> f64 {
+        let pairs = found.iter().zip(&weights);
+        pairs.map(|(guess, weight)| weight * of(guess)).sum()
     };
     let nearest = &found[found.len() - 1];
     let guess = Guess {
@@ -206,7 +200,7 @@ pub(crate) fn trace(
     special: Special,
     start: &Guess,
     steps: &CurveSteps,
-) -> Result<Vec<CurvePoint>, CycleError> {
+) -> Result<Vec<CurvePoint>, Error> {
     let forth = one_way(manifold, special, start, steps, 1.0)?;
     let back = one_way(manifold, special, start, steps, -1.0)?;
     let mut all: Vec<CurvePoint> = back.into_iter().skip(1).rev().collect();
@@ -214,7 +208,7 @@ pub(crate) fn trace(
     Ok(all)
 }
 
-fn at<'a>(manifold: Manifold<'a>, special: Special, guess: &Guess, level: f64) -> Result<Conditioned<'a>, CycleError> {
+fn at<'a>(manifold: Manifold<'a>, special: Special, guess: &Guess, level: f64) -> Result<Conditioned<'a>, Error> {
     Ok(Conditioned {
         local: manifold.local(guess)?,
         manifold,
@@ -232,22 +226,17 @@ fn level(special: Special) -> f64 {
     }
 }
 
-type Solved = (DVector<f64>, DMatrix<f64>);
-
+/// Solution on the plane through `x`; `guess` is the start of the equations.
 fn solved(
     equations: &mut Conditioned<'_>,
     x: &DVector<f64>,
     plane: &DVector<f64>,
-) -> Result<Option<Solved>, CycleError> {
-    let plane = DMatrix::from_row_slice(1, plane.len(), plane.as_slice());
-    match solve(equations, x, &plane) {
-        Ok(solution) => Ok(Some((solution.x, solution.jacobian))),
-        Err(NoSolution::Failed(CycleError::Interrupted)) => Err(CycleError::Interrupted),
-        Err(_) => Ok(None),
-    }
+    guess: &Guess,
+) -> Result<Option<NewtonSolution>, Error> {
+    attempt(solve(equations, x, &row(plane), guess.period))
 }
 
-fn point(manifold: Manifold<'_>, special: Special, guess: &Guess, held: usize) -> Result<CurvePoint, CycleError> {
+fn point(manifold: Manifold<'_>, special: Special, guess: &Guess, held: usize) -> Result<CurvePoint, Error> {
     let measured = manifold.measure(guess)?;
     let period = match special {
         Special::Hopf => {
@@ -269,24 +258,28 @@ fn point(manifold: Manifold<'_>, special: Special, guess: &Guess, held: usize) -
     Ok(found)
 }
 
+/// A solution with the tangent of the curve there, on the side of `along`.
+fn with_tangent(found: Option<NewtonSolution>, along: &DVector<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
+    let NewtonSolution { x, jacobian, .. } = found?;
+    Some((x, tangent(&jacobian, along)?))
+}
+
 fn one_way(
     manifold: Manifold<'_>,
     special: Special,
     start: &Guess,
     steps: &CurveSteps,
     sign: f64,
-) -> Result<Vec<CurvePoint>, CycleError> {
+) -> Result<Vec<CurvePoint>, Error> {
     let mut equations = at(manifold, special, start, level(special))?;
     let x = equations.local.unknowns(start);
     let mut held = DVector::zeros(x.len());
     held[x.len() - 1] = 1.0;
-    let Some((x, jacobian)) = solved(&mut equations, &x, &held)? else {
+    let found = solved(&mut equations, &x, &held, start)?;
+    let Some((found, mut direction)) = with_tangent(found, &(held * sign)) else {
         return Ok(Vec::new());
     };
-    let Some(mut direction) = tangent(&jacobian, &(held * sign)) else {
-        return Ok(Vec::new());
-    };
-    let mut guess = equations.local.guess(&x)?;
+    let mut guess = equations.local.guess(&found)?;
     direction = direction.component_mul(equations.local.scale());
     let mut points = vec![point(manifold, special, &guess, 1)?];
     let mut step = 0.2 * steps.longest;
@@ -294,10 +287,10 @@ fn one_way(
         let mut equations = at(manifold, special, &guess, level(special))?;
         let x = equations.local.unknowns(&guess);
         let along = direction.component_div(equations.local.scale()).normalize();
-        let found = solved(&mut equations, &(&x + &along * step), &along)?;
-        let turned = found.and_then(|(next, jacobian)| Some((tangent(&jacobian, &along)?, next)));
-        let near = turned.filter(|(turned, next)| turned.dot(&along) > LEAST_COSINE && (next - &x).norm() < 2.0 * step);
-        let Some((turned, next)) = near else {
+        let found = solved(&mut equations, &(&x + &along * step), &along, &guess)?;
+        let found = with_tangent(found, &along);
+        let near = found.filter(|(next, turned)| turned.dot(&along) > LEAST_COSINE && (next - &x).norm() < 2.0 * step);
+        let Some((next, turned)) = near else {
             step /= 2.0;
             if step < SHORTEST * steps.longest {
                 break;
@@ -320,8 +313,8 @@ fn one_way(
             last[index] = bound / equations.local.scale()[index];
             let mut held = DVector::zeros(x.len());
             held[index] = 1.0;
-            if let Some((last, _)) = solved(&mut equations, &last, &held)? {
-                points.push(point(manifold, special, &equations.local.guess(&last)?, k)?);
+            if let Some(last) = solved(&mut equations, &last, &held, &guess)? {
+                points.push(point(manifold, special, &equations.local.guess(&last.x)?, k)?);
             }
             break;
         }

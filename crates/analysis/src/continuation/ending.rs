@@ -1,9 +1,8 @@
 //! Ends of branches, and the special points where branches of cycles end.
 
-use super::manifold::{Manifold, What};
-use super::special::{Special, critical_pair, tests};
-use super::station::{Station, row};
-use crate::cycle::{CycleError, Guess, NoSolution, motion, solve, tangent};
+use super::special::{Special, Station, critical_pair, row, tests};
+use crate::cycle::{Guess, Manifold, What, motion, solve, tangent};
+use crate::error::{Error, attempt};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
@@ -17,80 +16,75 @@ const BESIDE: f64 = 0.05;
 const OTHER_PERIOD: f64 = 0.2;
 
 /// Reason for the end of a branch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(missing_docs, reason = "each reason is described by its words")]
 pub enum EndReason {
-    /// End of the range.
     Range,
-    /// Requested number of points.
     Points,
-    /// Return to the start.
     Closed,
-    /// Cycles have shrunk to steady sliding.
     Shrunk,
-    /// Unbounded growth of the period.
     Infinite,
-    /// Jump of the motion at a change of the sequence of events.
     Jump,
-    /// No further solution was found.
     Lost,
-    /// Interruption of the study.
+    #[default]
     Interrupted,
-    /// Cycles have returned to cycles of half their period.
     Halved,
-    /// The relative velocity has come to rest.
     Rest,
 }
 
-impl EndReason {
-    /// All reasons, in the order of their codes in files.
-    pub const ALL: [EndReason; 10] = [
-        EndReason::Range,
-        EndReason::Points,
-        EndReason::Closed,
-        EndReason::Shrunk,
-        EndReason::Infinite,
+/// Reasons in the order of their codes in files, with names in files and words.
+const REASONS: [(EndReason, &str, &str); 10] = [
+    (EndReason::Range, "range", "at the end of the range"),
+    (EndReason::Points, "points", "after as many points as were asked for"),
+    (EndReason::Closed, "closed", "back at its start"),
+    (EndReason::Shrunk, "shrunk", "the cycles shrink to steady sliding"),
+    (EndReason::Infinite, "infinite", "the period grows without bounds"),
+    (
         EndReason::Jump,
-        EndReason::Lost,
-        EndReason::Interrupted,
+        "jump",
+        "the motion jumps where the sequence of events changes",
+    ),
+    (EndReason::Lost, "lost", "no solution was found beyond"),
+    (EndReason::Interrupted, "interrupted", "interrupted"),
+    (
         EndReason::Halved,
-        EndReason::Rest,
-    ];
+        "halved",
+        "the cycles fall back on ones of half their period",
+    ),
+    (EndReason::Rest, "rest", "the relative velocity comes to rest"),
+];
+
+impl EndReason {
+    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+        REASONS.iter().map(|reason| reason.1)
+    }
+
+    /// The last reason stands for codes beyond.
+    pub(super) fn of_code(code: f64) -> EndReason {
+        REASONS[(code as usize).min(REASONS.len() - 1)].0
+    }
+
+    pub(super) fn code(self) -> i8 {
+        self as i8
+    }
 
     /// Name in files.
     pub fn name(self) -> &'static str {
-        match self {
-            EndReason::Range => "range",
-            EndReason::Points => "points",
-            EndReason::Closed => "closed",
-            EndReason::Shrunk => "shrunk",
-            EndReason::Infinite => "infinite",
-            EndReason::Jump => "jump",
-            EndReason::Lost => "lost",
-            EndReason::Interrupted => "interrupted",
-            EndReason::Halved => "halved",
-            EndReason::Rest => "rest",
-        }
+        REASONS[self as usize].1
     }
 
     /// Reason in words.
     pub fn words(self) -> &'static str {
-        match self {
-            EndReason::Range => "at the end of the range",
-            EndReason::Points => "after as many points as were asked for",
-            EndReason::Closed => "back at its start",
-            EndReason::Shrunk => "the cycles shrink to steady sliding",
-            EndReason::Infinite => "the period grows without bounds",
-            EndReason::Jump => "the motion jumps where the sequence of events changes",
-            EndReason::Lost => "no solution was found beyond",
-            EndReason::Interrupted => "interrupted",
-            EndReason::Halved => "the cycles fall back on ones of half their period",
-            EndReason::Rest => "the relative velocity comes to rest",
-        }
+        REASONS[self as usize].2
     }
 }
 
-pub(super) fn hopf_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, CycleError> {
-    let sense = if near.measured.relative_velocity.1 > 0.0 { 1 } else { -1 };
+pub(super) fn hopf_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, Error> {
+    let sense = if near.measured.orbit.relative_velocity.1 > 0.0 {
+        1
+    } else {
+        -1
+    };
     let what = What::Steady(sense);
     let period = near.measured.guess.period;
     let guess = Guess {
@@ -106,7 +100,7 @@ pub(super) fn hopf_near(manifold: Manifold<'_>, near: &Station) -> Result<Option
 }
 
 /// Flip at which the doubled cycles were born, if they are near it. It is a point of the cycles of half the period.
-pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, CycleError> {
+pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option<Station>, Error> {
     let What::Cycles(multiple) = manifold.what else {
         return Ok(None);
     };
@@ -125,20 +119,18 @@ pub(super) fn flip_near(manifold: Manifold<'_>, near: &Station) -> Result<Option
 }
 
 /// Secant method in the varied parameter.
-fn special_near(manifold: Manifold<'_>, mut guess: Guess, special: Special) -> Result<Option<Station>, CycleError> {
+fn special_near(manifold: Manifold<'_>, mut guess: Guess, special: Special) -> Result<Option<Station>, Error> {
     let last = guess.values.len() - 1;
     let width = manifold.widths[last];
     let first = guess.values[last];
-    let mut at = |value: f64| -> Result<Option<(f64, Station)>, CycleError> {
+    let mut at = |value: f64| -> Result<Option<(f64, Station)>, Error> {
         guess.values[last] = value;
         let mut local = manifold.local(&guess)?;
         let x = local.unknowns(&guess);
         let mut held = DVector::zeros(x.len());
         held[x.len() - 1] = 1.0;
-        let solution = match solve(&mut local, &x, &row(&held)) {
-            Ok(solution) => solution,
-            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
-            Err(_) => return Ok(None),
+        let Some(solution) = attempt(solve(&mut local, &x, &row(&held), guess.period))? else {
+            return Ok(None);
         };
         guess = local.guess(&solution.x)?;
         let measured = manifold.measure(&guess)?;

@@ -2,14 +2,14 @@
 
 use super::curve::{CurvePoint, CurveSteps, trace};
 use super::ending::EndReason;
-use super::follow::{BranchFollower, FollowSteps, FoundPoint, Mark, is_half};
-use super::manifold::{Manifold, Measured, What};
-use super::special::{Special, critical_pair};
-use super::station::Station;
+use super::follow::{BranchFollower, FollowSteps, FoundPoint, IS_END, IS_SPECIAL, MARKED, is_half};
+use super::manifold::Measured;
+use super::special::{Special, Station, critical_pair};
 use super::study::ContinuationStudy;
 use crate::analysis::stability::Modes;
-use crate::cycle::{CycleError, CycleStability, Family, Guess, find, solve};
-use crate::sweep::{Journal, JournalError, PointOutcome};
+use crate::cycle::{CycleStability, Family, Guess, Manifold, What, collapsed, find, solve};
+use crate::error::{Error, attempt};
+use crate::sweep::{Journal, PointOutcome};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -80,7 +80,7 @@ pub struct BranchPoint {
 
 impl BranchPoint {
     fn new(measured: &Measured, special: Option<Special>) -> BranchPoint {
-        let guess = &measured.guess;
+        let Measured { guess, orbit, .. } = measured;
         let born = match special {
             Some(Special::Hopf) => critical_pair(Special::Hopf, &measured.spectrum).map(|pair| TAU / pair.im),
             _ => None,
@@ -88,15 +88,15 @@ impl BranchPoint {
         BranchPoint {
             value: guess.values[0],
             period: born.unwrap_or(guess.period),
-            position: measured.position,
-            relative_velocity: measured.relative_velocity,
-            stability: measured.stability,
+            position: orbit.position,
+            relative_velocity: orbit.relative_velocity,
+            stability: orbit.stability,
             unstable: measured.unstable,
             spectrum: measured.spectrum.iter().map(|one| (one.re, one.im)).collect(),
-            sticks: measured.sticks,
-            shortest_stick: measured.shortest_stick,
-            margin: measured.nearest.map_or(f64::NAN, |nearest| nearest.1),
-            sequence: measured.sequence.clone(),
+            sticks: orbit.sticks,
+            shortest_stick: orbit.shortest_stick.unwrap_or(f64::NAN),
+            margin: orbit.nearest.map_or(f64::NAN, |nearest| nearest.distance),
+            sequence: orbit.sequence(),
             special,
             time: guess.time,
             state: guess.state.as_slice().to_vec(),
@@ -134,7 +134,7 @@ impl BranchPoint {
 }
 
 /// Branch of steady sliding or cycles.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Branch {
     /// Whether the branch is steady sliding.
     pub steady: bool,
@@ -178,45 +178,14 @@ impl Explored {
     }
 }
 
-/// Error of a continuation.
-#[derive(Debug, thiserror::Error)]
-pub enum ExploreError {
-    /// No start was found.
-    #[error("{0}")]
-    NoStart(CycleError),
-    /// The case cannot be followed.
-    #[error("{0}")]
-    Case(CycleError),
-    /// There is no steady sliding.
-    #[error(
-        "there is no steady sliding to follow: no relative velocity balances what drives the case, or a harmonic drives it; follow \
-         cycles instead (branch.of = \"cycle\")"
-    )]
-    NotSteady,
-    /// The journal failed.
-    #[error(transparent)]
-    Journal(#[from] JournalError),
-}
-
-enum Halt {
-    Interrupted,
-    Failed(ExploreError),
-}
-
-impl<E: Into<ExploreError>> From<E> for Halt {
-    fn from(error: E) -> Halt {
-        Halt::Failed(error.into())
-    }
-}
-
 struct Job {
     what: What,
     guess: Guess,
     /// Direction in physical units; `None` follows the parameter upwards (`up`) or downwards.
     direction: Option<DVector<f64>>,
     up: bool,
-    parent: Option<(usize, usize)>,
-    birth: Option<Box<BranchPoint>>,
+    /// Branch, index of the birth point there, and this point.
+    birth: Option<((usize, usize), Box<BranchPoint>)>,
 }
 
 struct SpecialStart {
@@ -227,452 +196,434 @@ struct SpecialStart {
 }
 
 pub(crate) struct Explorer<'a> {
-    pub study: &'a ContinuationStudy,
-    pub family: &'a Family,
-    pub journal: &'a mut Journal,
+    study: &'a ContinuationStudy,
+    family: &'a Family,
+    journal: &'a mut Journal,
+    stop: &'a dyn Fn() -> bool,
+    told: &'a dyn Fn(&Explored),
+    explored: Explored,
+    jobs: VecDeque<Job>,
+    /// Kind, value and period (0 for steady sliding) of the special points so far.
+    known: Vec<(Special, f64, f64)>,
+    specials: Vec<SpecialStart>,
     /// Points that are not yet in the journal, and time of the last write.
-    pub waiting: (Vec<PointOutcome>, Instant),
-    pub stop: &'a dyn Fn() -> bool,
-    pub told: &'a dyn Fn(&Explored),
+    waiting: (Vec<PointOutcome>, Instant),
 }
 
-impl Explorer<'_> {
-    fn write(&mut self) -> Result<(), ExploreError> {
+impl<'a> Explorer<'a> {
+    pub fn new(
+        study: &'a ContinuationStudy,
+        family: &'a Family,
+        journal: &'a mut Journal,
+        stop: &'a dyn Fn() -> bool,
+        told: &'a dyn Fn(&Explored),
+    ) -> Self {
+        Explorer {
+            study,
+            family,
+            journal,
+            stop,
+            told,
+            explored: Explored::default(),
+            jobs: VecDeque::new(),
+            known: Vec::new(),
+            specials: Vec::new(),
+            waiting: (Vec::new(), Instant::now()),
+        }
+    }
+
+    fn write(&mut self) -> Result<(), Error> {
         self.journal.append(&std::mem::take(&mut self.waiting.0))?;
         self.waiting.1 = Instant::now();
         Ok(())
     }
 
-    pub fn explore(&mut self) -> Result<Explored, ExploreError> {
-        let mut explored = Explored::default();
-        let ended = self.follow_all(&mut explored);
-        self.write()?;
-        match ended {
-            Ok(()) => {}
-            Err(Halt::Interrupted) => explored.interrupted = true,
-            Err(Halt::Failed(error)) => return Err(error),
-        }
-        Ok(explored)
+    fn keep(&mut self, number: u64, values: Vec<f64>) {
+        self.waiting.0.push(PointOutcome {
+            number,
+            result: Ok(values),
+            events: Vec::new(),
+        });
     }
 
-    fn follow_all(&mut self, explored: &mut Explored) -> Result<(), Halt> {
-        let mut jobs = self.starts(explored)?;
-        let mut known: Vec<(Special, f64, f64)> = Vec::new();
-        let mut specials: Vec<SpecialStart> = Vec::new();
-        while let Some(job) = jobs.pop_front() {
-            if explored.branches.len() >= MOST_BRANCHES {
-                explored.remarks.push(format!(
+    fn kept(&mut self, number: u64) -> Result<Option<Vec<f64>>, Error> {
+        Ok(self.journal.read(number)?.and_then(|outcome| outcome.result.ok()))
+    }
+
+    fn remark(&mut self, remark: String) {
+        self.explored.remarks.push(remark);
+    }
+
+    pub fn explore(mut self) -> Result<Explored, Error> {
+        let ended = self.follow_all();
+        self.write()?;
+        match ended {
+            Err(error) if error.is_interrupted() => self.explored.interrupted = true,
+            ended => ended?,
+        }
+        Ok(self.explored)
+    }
+
+    fn follow_all(&mut self) -> Result<(), Error> {
+        self.start()?;
+        while let Some(job) = self.jobs.pop_front() {
+            if self.explored.branches.len() >= MOST_BRANCHES {
+                self.remark(format!(
                     "more than {MOST_BRANCHES} branches: the others were not followed"
                 ));
                 break;
             }
-            let index = explored.branches.len();
-            self.branch(index, job, explored, &mut known, &mut specials, &mut jobs)?;
+            self.branch(job)?;
         }
         if !self.study.curves.is_empty() && self.study.axes.len() > 1 {
-            self.curves(&specials, explored)?;
+            self.curves()?;
         }
         Ok(())
     }
 
-    fn widths(&self) -> Vec<f64> {
+    fn width(&self) -> f64 {
         let (low, high) = self.study.range(0);
-        vec![high - low]
+        high - low
     }
 
-    fn starts(&self, explored: &mut Explored) -> Result<VecDeque<Job>, Halt> {
-        let key = &self.study.axes[0].keys[0];
-        let case = self.family.case();
-        let own = case.number(key);
-        let own = own.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
-        let mut jobs = VecDeque::new();
-        let mut both = |what: What, guess: &Guess| {
-            for (up, wanted) in [(true, self.study.directions.0), (false, self.study.directions.1)] {
-                if wanted {
-                    jobs.push_back(Job {
-                        what,
-                        guess: guess.clone(),
-                        direction: None,
-                        up,
-                        parent: None,
-                        birth: None,
-                    });
-                }
-            }
-        };
-        let mut why = Vec::new();
+    fn manifold<'m>(&self, what: What, widths: &'m [f64]) -> Manifold<'m>
+    where
+        'a: 'm,
+    {
+        Manifold {
+            family: self.family,
+            what,
+            widths,
+            stop: self.stop,
+        }
+    }
+
+    fn start(&mut self) -> Result<(), Error> {
+        let own = self.family.case().number(&self.study.axes[0].keys[0])?;
+        let mut starts = Vec::new();
         if self.study.steady {
-            match self.steady(own) {
-                Ok((guess, sense)) => both(What::Steady(sense), &guess),
+            starts.push(self.steady(own).map(|(guess, sense)| (What::Steady(sense), guess)));
+        }
+        if self.study.cycle {
+            let orbit = find(self.family, &[own], &self.study.search, self.stop);
+            starts.push(orbit.map(|orbit| (What::Cycles(orbit.multiple.unwrap_or(1)), orbit.guess())));
+        }
+        let mut why = Vec::new();
+        for start in starts {
+            match start {
+                Ok((what, guess)) => {
+                    let ways = [(true, self.study.directions.0), (false, self.study.directions.1)];
+                    self.jobs
+                        .extend(ways.into_iter().filter(|way| way.1).map(|(up, _)| Job {
+                            what,
+                            guess: guess.clone(),
+                            direction: None,
+                            up,
+                            birth: None,
+                        }));
+                }
+                Err(error) if error.is_interrupted() => return Err(error),
                 Err(error) => why.push(error),
             }
         }
-        if self.study.cycle {
-            match find(self.family, &[own], &self.study.search, self.stop) {
-                Ok(orbit) => both(What::Cycles(orbit.multiple.unwrap_or(1)), &orbit.guess()),
-                Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
-                Err(error) => why.push(ExploreError::NoStart(error)),
-            }
-        }
-        if jobs.is_empty()
+        if self.jobs.is_empty()
             && let Some(error) = why.pop()
         {
-            return Err(error.into());
+            return Err(error);
         }
-        explored
-            .remarks
-            .extend(why.iter().map(|error| format!("not followed: {error}")));
-        Ok(jobs)
+        why.iter()
+            .for_each(|error| self.remark(format!("not followed: {error}")));
+        Ok(())
     }
 
-    fn steady(&self, value: f64) -> Result<(Guess, i8), ExploreError> {
+    fn steady(&self, value: f64) -> Result<(Guess, i8), Error> {
+        let not_steady = || {
+            Error::input(
+                "there is no steady sliding to follow: no relative velocity balances what drives the case, or a harmonic drives it; \
+                 follow cycles instead (branch.of = \"cycle\")",
+            )
+        };
         if !self.family.is_autonomous() {
-            return Err(ExploreError::NotSteady);
+            return Err(not_steady());
         }
-        let member = self.family.at(&[value], false).map_err(ExploreError::Case)?;
+        let member = self.family.at(&[value], false)?;
         let modes = Modes::linear(&member.system);
-        let point = modes
-            .operating_points
-            .iter()
-            .find(|point| point.steady)
-            .ok_or(ExploreError::NotSteady)?;
+        let point = modes.operating_points.iter().find(|point| point.steady);
+        let point = point.ok_or_else(not_steady)?;
         let state = stickslip_engine::simulation::state_of_parts(
             &member.system,
             (&point.rotor_twist, &point.stator_twist),
             (point.rotor_speed.unwrap_or(0.0), point.stator_speed.unwrap_or(0.0)),
         );
         let sense = if point.relative_velocity < 0.0 { -1 } else { 1 };
-        let widths = self.widths();
-        let manifold = Manifold {
-            family: self.family,
-            what: What::Steady(sense),
-            widths: &widths,
-            stop: self.stop,
-        };
         let guess = Guess {
             time: 0.0,
             state,
             period: f64::NAN,
             values: vec![value],
         };
-        let mut local = manifold.local(&guess).map_err(ExploreError::Case)?;
+        let widths = [self.width()];
+        let mut local = self.manifold(What::Steady(sense), &widths).local(&guess)?;
         let x = local.unknowns(&guess);
         let mut held = DMatrix::zeros(1, x.len());
         held[x.len() - 1] = 1.0;
-        let solution = solve(&mut local, &x, &held).map_err(|_| ExploreError::NotSteady)?;
-        let guess = local.guess(&solution.x).map_err(ExploreError::Case)?;
-        Ok((guess, sense))
+        let solution = solve(&mut local, &x, &held, guess.period).map_err(|_| not_steady())?;
+        Ok((local.guess(&solution.x)?, sense))
     }
 
-    fn branch(
-        &mut self,
-        index: usize,
-        job: Job,
-        explored: &mut Explored,
-        known: &mut Vec<(Special, f64, f64)>,
-        specials: &mut Vec<SpecialStart>,
-        jobs: &mut VecDeque<Job>,
-    ) -> Result<(), Halt> {
+    fn branch(&mut self, job: Job) -> Result<(), Error> {
+        let index = self.explored.branches.len();
+        let widths = [self.width()];
+        let birth = job.birth.as_ref().map(|(_, birth)| birth);
         let born_at = |point: &BranchPoint| {
-            let birth = job.birth.as_ref().filter(|birth| birth.special == Some(Special::Hopf));
-            birth.is_some_and(|birth| (birth.value - point.value).abs() <= SAME * self.widths()[0])
+            let birth = birth.filter(|birth| birth.special == Some(Special::Hopf));
+            birth.is_some_and(|birth| (birth.value - point.value).abs() <= SAME * widths[0])
         };
         let ends_there = |branch: &Branch| {
-            let last = branch
-                .points
-                .last()
-                .filter(|point| point.special == Some(Special::Hopf));
+            let last = branch.points.last();
+            let last = last.filter(|point| point.special == Some(Special::Hopf));
             branch.end == EndReason::Shrunk && last.is_some_and(born_at)
         };
-        if explored.branches.iter().any(ends_there) {
+        if self.explored.branches.iter().any(ends_there) {
             // The branch was already followed from the other end.
             return Ok(());
         }
-        let widths = self.widths();
-        let manifold = Manifold {
-            family: self.family,
-            what: job.what,
-            widths: &widths,
-            stop: self.stop,
-        };
+        let manifold = self.manifold(job.what, &widths);
         let steps = FollowSteps {
             range: self.study.range(0),
             longest: self.study.step,
             most: self.study.points,
         };
-        let guess = match (&job.birth, &job.direction) {
-            (Some(_), Some(direction)) => match born(manifold, &job.guess, direction, &steps) {
+        let mut guess = job.guess.clone();
+        if let (Some(_), Some(direction)) = (&birth, &job.direction) {
+            guess = match born(manifold, &guess, direction, &steps) {
                 Ok(guess) => guess,
-                Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
+                Err(error) if error.is_interrupted() => return Err(error),
                 Err(error) => {
-                    let value = job.guess.values[0];
-                    explored
-                        .remarks
-                        .push(format!("the branch that is born at {value:.9} was not found: {error}"));
+                    let value = guess.values[0];
+                    self.remark(format!("the branch that is born at {value:.9} was not found: {error}"));
                     return Ok(());
                 }
-            },
-            _ => job.guess.clone(),
-        };
+            };
+        }
         let follower = BranchFollower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
         let mut follower = match follower {
             Ok(follower) => follower,
-            Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
+            Err(error) if error.is_interrupted() => return Err(error),
             Err(error) => {
                 let value = guess.values[0];
-                explored
-                    .remarks
-                    .push(format!("the branch from {value:.9} on was not followed: {error}"));
+                self.remark(format!("the branch from {value:.9} on was not followed: {error}"));
                 return Ok(());
             }
         };
-        let mut branch = Branch {
+        let (parent, birth) = job.birth.unzip();
+        let mut points: Vec<BranchPoint> = birth.into_iter().map(|birth| birth.of_the_born()).collect();
+        points.push(BranchPoint::new(&follower.current.measured, None));
+        self.explored.branches.push(Branch {
             steady: matches!(job.what, What::Steady(_)),
             multiple: match job.what {
                 What::Cycles(multiple) if !self.family.is_autonomous() => Some(multiple),
                 _ => None,
             },
-            parent: job.parent,
-            points: job.birth.into_iter().map(|birth| birth.of_the_born()).collect(),
+            parent,
+            points,
             end: EndReason::Interrupted,
-        };
-        branch.points.push(BranchPoint::new(&follower.current().measured, None));
-        explored.branches.push(branch);
+        });
         let mut number = index as u64 * OF_BRANCH;
-        loop {
+        let mut ended = false;
+        while !ended {
             let found = match self.recorded(number, &mut follower)? {
                 Some(found) => found,
-                None => {
-                    let found = match follower.advance() {
-                        Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
-                        Err(error) => {
-                            explored.remarks.push(format!("branch {index} ends: {error}"));
-                            vec![FoundPoint::End(EndReason::Lost)]
-                        }
-                        Ok(found) => found,
-                    };
-                    let marks = found.iter().map(|found| follower.mark(found));
-                    let outcomes = marks.zip(number..).map(|(mark, number)| PointOutcome {
-                        number,
-                        result: Ok(flat(&mark)),
-                        events: Vec::new(),
-                    });
-                    self.waiting.0.extend(outcomes);
-                    if self.waiting.1.elapsed() >= BETWEEN_WRITES {
-                        self.write()?;
-                    }
-                    found
-                }
+                None => self.advanced(index, number, &mut follower)?,
             };
             number += found.len() as u64;
-            let mut ended = false;
             for one in &found {
-                let branch = &mut explored.branches[index];
+                let branch = &mut self.explored.branches[index];
                 match one {
                     FoundPoint::Point(station) => branch.points.push(BranchPoint::new(&station.measured, None)),
-                    // Two events of a symmetric motion change at the same time.
-                    FoundPoint::Special(special, station) if again(branch, *special, station, self.study.range(0)) => {}
                     FoundPoint::Special(special, station) => {
-                        let birth = BranchPoint::new(&station.measured, Some(*special));
-                        // The flip at which the branch was born is a point of the cycles of half the period.
-                        let (what, on_branch) = match job.what {
-                            What::Steady(_) => (job.what, birth.clone()),
-                            What::Cycles(multiple)
-                                if multiple > 1
-                                    && is_half(&station.measured.guess, &follower.current().measured.guess) =>
-                            {
-                                (What::Cycles(multiple / 2), birth.clone().of_the_born())
-                            }
-                            What::Cycles(_) => (job.what, birth.clone().on_cycles()),
-                        };
-                        branch.points.push(on_branch);
-                        let at = (index, branch.points.len() - 1);
-                        let born = (what == job.what).then_some(&mut *jobs);
-                        self.special(*special, station, what, (at, birth), known, specials, born);
+                        let cycle = &follower.current.measured.guess;
+                        self.special(*special, station, (job.what, cycle), index);
                     }
                     FoundPoint::End(reason) => {
                         branch.end = *reason;
                         ended = true;
                         if *reason == EndReason::Lost {
                             let value = branch.points.last().map_or(f64::NAN, |point| point.value);
-                            let why = match follower.failure() {
-                                Some(why) => format!("no solution was found beyond: {why}"),
-                                None => "no solution was found beyond".to_owned(),
-                            };
-                            explored
-                                .remarks
-                                .push(format!("branch {index} is lost at {value:.9}: {why}"));
+                            let why = follower.failure.as_ref().map(|why| format!(": {why}"));
+                            let why = why.unwrap_or_default();
+                            self.remark(format!(
+                                "branch {index} is lost at {value:.9}: no solution was found beyond{why}"
+                            ));
                         }
                     }
                 }
             }
-            (self.told)(explored);
-            if ended {
-                return Ok(());
-            }
+            (self.told)(&self.explored);
         }
+        Ok(())
+    }
+
+    /// Next points by computation, which go to the journal.
+    fn advanced(
+        &mut self,
+        index: usize,
+        number: u64,
+        follower: &mut BranchFollower<'_>,
+    ) -> Result<Vec<FoundPoint>, Error> {
+        let found = match follower.advance() {
+            Err(error) if error.is_interrupted() => return Err(error),
+            Err(error) => {
+                self.remark(format!("branch {index} ends: {error}"));
+                vec![FoundPoint::End(EndReason::Lost)]
+            }
+            Ok(found) => found,
+        };
+        for (found, number) in found.iter().zip(number..) {
+            self.keep(number, follower.mark(found));
+        }
+        if self.waiting.1.elapsed() >= BETWEEN_WRITES {
+            self.write()?;
+        }
+        Ok(found)
     }
 
     /// Journal entries from `number` to the next point or end; `None` if incomplete.
-    fn recorded(&mut self, number: u64, follower: &mut BranchFollower<'_>) -> Result<Option<Vec<FoundPoint>>, Halt> {
+    fn recorded(&mut self, number: u64, follower: &mut BranchFollower<'_>) -> Result<Option<Vec<FoundPoint>>, Error> {
         let mut marks = Vec::new();
         for number in number.. {
-            let Some(outcome) = self.journal.read(number)? else {
+            let Some(mark) = self.kept(number)?.filter(|mark| mark.len() >= MARKED) else {
                 return Ok(None);
             };
-            let Some(mark) = outcome.result.ok().and_then(|values| unflat(&values)) else {
-                return Ok(None);
-            };
-            let closes = mark.special.is_none();
+            let is = |mark: &[f64], what: usize| mark.get(what).is_some_and(|code| *code >= 0.0);
             // A last point may precede an end.
-            let last_point = closes && mark.end.is_none() && self.journal.holds(number + 1);
-            let ends_next = last_point
-                && self.journal.read(number + 1)?.is_some_and(|next| {
-                    next.result
-                        .ok()
-                        .and_then(|values| unflat(&values))
-                        .is_some_and(|next| next.end.is_some())
-                });
+            let goes_on = is(&mark, IS_SPECIAL)
+                || !is(&mark, IS_END) && self.kept(number + 1)?.is_some_and(|next| is(&next, IS_END));
             marks.push(mark);
-            if closes && !ends_next {
+            if !goes_on {
                 break;
             }
         }
         let found = marks.iter().map(|mark| follower.resume(mark));
-        let found = found.collect::<Result<Vec<_>, _>>().map_err(|error| match error {
-            CycleError::Interrupted => Halt::Interrupted,
-            error => Halt::Failed(ExploreError::Case(error)),
-        })?;
-        Ok(Some(found))
+        found.collect::<Result<_, _>>().map(Some)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "lists that grow on the way")]
-    fn special(
-        &self,
-        special: Special,
-        station: &Station,
-        what: What,
-        (at, birth): ((usize, usize), BranchPoint),
-        known: &mut Vec<(Special, f64, f64)>,
-        specials: &mut Vec<SpecialStart>,
-        jobs: Option<&mut VecDeque<Job>>,
-    ) {
+    /// Adds a special point to a branch of `on`, and starts the branch that is born there. `cycle` is its last motion.
+    fn special(&mut self, special: Special, station: &Station, (on, cycle): (What, &Guess), index: usize) {
+        let branch = &mut self.explored.branches[index];
         let guess = &station.measured.guess;
-        let width = self.widths()[0];
+        let (low, high) = self.study.range(0);
+        // Two events of a symmetric motion change at the same time.
+        let again = |point: &BranchPoint| {
+            point.special == Some(special) && (point.value - guess.values[0]).abs() <= SAME_BORDER * (high - low)
+        };
+        if matches!(special, Special::Border(_)) && branch.points.iter().rev().take(3).any(again) {
+            return;
+        }
+        let birth = BranchPoint::new(&station.measured, Some(special));
+        // The flip at which the branch was born is a point of the cycles of half the period.
+        let (what, on_branch) = match on {
+            What::Steady(_) => (on, birth.clone()),
+            What::Cycles(multiple) if multiple > 1 && is_half(guess, cycle) => {
+                (What::Cycles(multiple / 2), birth.clone().of_the_born())
+            }
+            What::Cycles(_) => (on, birth.clone().on_cycles()),
+        };
+        branch.points.push(on_branch);
+        let at = (index, branch.points.len() - 1);
         let period = if guess.period.is_nan() { 0.0 } else { guess.period };
         let same = |other: &(Special, f64, f64)| {
             other.0 == special
-                && (other.1 - guess.values[0]).abs() <= SAME * width
+                && (other.1 - guess.values[0]).abs() <= SAME * (high - low)
                 && (other.2 - period).abs() <= 1e-5 * period
         };
-        if known.iter().any(same) {
+        if self.known.iter().any(same) {
             return;
         }
-        known.push((special, guess.values[0], period));
-        let on = match special {
-            Special::Hopf if birth.relative_velocity.1 < 0.0 => What::Steady(-1),
-            Special::Hopf => What::Steady(1),
-            _ => what,
-        };
-        specials.push(SpecialStart {
+        self.known.push((special, guess.values[0], period));
+        self.specials.push(SpecialStart {
             special,
-            what: on,
+            what: match special {
+                Special::Hopf if birth.relative_velocity.1 < 0.0 => What::Steady(-1),
+                Special::Hopf => What::Steady(1),
+                _ => what,
+            },
             guess: guess.clone(),
             at,
         });
-        let Some(jobs) = jobs.filter(|_| self.study.follow.contains(&special)) else {
+        if what != on || !self.study.follow.contains(&special) {
+            return;
+        }
+        let Measured { orbit, spectrum, .. } = &station.measured;
+        let n = guess.state.len();
+        let (value, what, period, components) = match (special, what, critical_pair(special, spectrum)) {
+            // Components: state, period of an autonomous motion, parameter.
+            (Special::Hopf, What::Steady(_), Some(pair)) => {
+                (Complex::new(0.0, pair.im), What::Cycles(1), TAU / pair.im, n + 2)
+            }
+            (Special::Flip, What::Cycles(multiple), _) => (
+                Complex::new(-1.0, 0.0),
+                What::Cycles(2 * multiple),
+                2.0 * guess.period,
+                station.direction.len(),
+            ),
+            _ => return,
+        };
+        let Some(vector) = null_vector(&orbit.by_state, value) else {
             return;
         };
-        let birth = Some(Box::new(birth));
-        match (special, what) {
-            (Special::Hopf, What::Steady(_)) => {
-                let matrix = &station.measured.matrix;
-                let Some(pair) = critical_pair(special, &station.measured.spectrum) else {
-                    return;
-                };
-                let Some(vector) = null_vector(matrix, Complex::new(0.0, pair.im)) else {
-                    return;
-                };
-                let n = guess.state.len();
-                // Components: state, period of an autonomous motion, parameter.
-                let mut direction = DVector::zeros(n + 2);
-                direction.rows_mut(0, n).copy_from(&vector.map(|one| one.re));
-                jobs.push_back(Job {
-                    what: What::Cycles(1),
-                    guess: Guess {
-                        period: TAU / pair.im,
-                        ..guess.clone()
-                    },
-                    direction: Some(direction),
-                    up: true,
-                    parent: Some(at),
-                    birth,
-                });
-            }
-            (Special::Flip, What::Cycles(multiple)) => {
-                let Some(vector) = null_vector(&station.measured.matrix, Complex::new(-1.0, 0.0)) else {
-                    return;
-                };
-                let (n, all) = (guess.state.len(), station.direction.len());
-                let mut direction = DVector::zeros(all);
-                direction.rows_mut(0, n).copy_from(&vector.map(|one| one.re));
-                jobs.push_back(Job {
-                    what: What::Cycles(2 * multiple),
-                    guess: Guess {
-                        period: 2.0 * guess.period,
-                        ..guess.clone()
-                    },
-                    direction: Some(direction),
-                    up: true,
-                    parent: Some(at),
-                    birth,
-                });
-            }
-            _ => {}
-        }
+        let mut direction = DVector::zeros(components);
+        direction.rows_mut(0, n).copy_from(&vector.map(|one| one.re));
+        self.jobs.push_back(Job {
+            what,
+            guess: Guess {
+                period,
+                ..guess.clone()
+            },
+            direction: Some(direction),
+            up: true,
+            birth: Some((at, Box::new(birth))),
+        });
     }
 
-    fn curves(&mut self, specials: &[SpecialStart], explored: &mut Explored) -> Result<(), Halt> {
-        let written = self.study.written();
-        let written = written.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
-        let second = written.case().number(&self.study.axes[1].keys[0]);
-        let second = second.map_err(|error| ExploreError::Case(CycleError::NoCase(error.to_string())))?;
-        let keys: Vec<Vec<String>> = self.study.axes.iter().map(|axis| axis.keys.clone()).collect();
-        let family = Family::new(written, &keys).map_err(ExploreError::Case)?;
-        let ranges = [self.study.range(0), self.study.range(1)];
+    fn curves(&mut self) -> Result<(), Error> {
+        let study = self.study;
+        let written = study.written()?;
+        let second = written.case().number(&study.axes[1].keys[0])?;
+        let keys: Vec<Vec<String>> = study.axes.iter().map(|axis| axis.keys.clone()).collect();
+        let family = Family::new(written, &keys)?;
+        let ranges = [study.range(0), study.range(1)];
         let widths = ranges.map(|(low, high)| high - low);
         let steps = CurveSteps {
             ranges,
-            longest: self.study.step,
+            longest: study.step,
             most: CURVE_POINTS,
         };
-        for kind in &self.study.curves {
-            if !specials.iter().any(|one| one.special == *kind) {
-                let message = format!("no curve of {}: no branch has such a point", kind.name());
-                explored.remarks.push(message);
+        for kind in &study.curves {
+            if !self.specials.iter().any(|one| one.special == *kind) {
+                self.remark(format!("no curve of {}: no branch has such a point", kind.name()));
             }
         }
-        let wanted = specials.iter().filter(|one| self.study.curves.contains(&one.special));
-        for (index, one) in wanted.enumerate() {
+        let mut wanted = std::mem::take(&mut self.specials);
+        wanted.retain(|one| study.curves.contains(&one.special));
+        for (one, number) in wanted.iter().zip(OF_CURVES..) {
             let SpecialStart { special, guess, .. } = one;
             let on = |point: &CurvePoint| {
                 (point.values[0] - guess.values[0]).abs() <= ON_CURVE * widths[0]
                     && (point.values[1] - second).abs() <= ON_CURVE * widths[1]
             };
-            let traced = explored.curves.iter().filter(|curve| curve.special == *special);
+            let traced = self.explored.curves.iter().filter(|curve| curve.special == *special);
             if traced.flat_map(|curve| &curve.points).any(on) {
                 continue;
             }
-            let number = OF_CURVES + index as u64;
-            let recorded = self.journal.read(number)?.and_then(|outcome| outcome.result.ok());
-            let points = match recorded {
-                Some(values) => values
-                    .chunks_exact(3)
-                    .map(|three| CurvePoint {
+            let points: Vec<CurvePoint> = match self.kept(number)? {
+                Some(values) => {
+                    let points = values.chunks_exact(3).map(|three| CurvePoint {
                         values: [three[0], three[1]],
                         period: three[2],
-                    })
-                    .collect(),
+                    });
+                    points.collect()
+                }
                 None => {
                     let manifold = Manifold {
                         family: &family,
@@ -681,13 +632,9 @@ impl Explorer<'_> {
                         stop: self.stop,
                     };
                     let mut points = Vec::new();
-                    for mut start in starts_beside(one, &explored.branches[one.at.0]) {
+                    for mut start in starts_beside(one, &self.explored.branches[one.at.0]) {
                         start.values.push(second);
-                        match trace(manifold, *special, &start, &steps) {
-                            Err(CycleError::Interrupted) => return Err(Halt::Interrupted),
-                            Err(error) => log::debug!("a curve of {}: {error}", special.name()),
-                            Ok(found) => points = found,
-                        }
+                        points = attempt(trace(manifold, *special, &start, &steps))?.unwrap_or(points);
                         if !points.is_empty() {
                             break;
                         }
@@ -695,27 +642,21 @@ impl Explorer<'_> {
                     let values = points
                         .iter()
                         .flat_map(|point| [point.values[0], point.values[1], point.period]);
-                    self.waiting.0.push(PointOutcome {
-                        number,
-                        result: Ok(values.collect()),
-                        events: Vec::new(),
-                    });
+                    self.keep(number, values.collect());
                     self.write()?;
                     points
                 }
             };
             if points.is_empty() {
                 let value = guess.values[0];
-                explored
-                    .remarks
-                    .push(format!("no curve of {} was found from {value:.9} on", special.name()));
+                self.remark(format!("no curve of {} was found from {value:.9} on", special.name()));
                 continue;
             }
-            explored.curves.push(SpecialCurve {
+            self.explored.curves.push(SpecialCurve {
                 special: *special,
                 points,
             });
-            (self.told)(explored);
+            (self.told)(&self.explored);
         }
         Ok(())
     }
@@ -739,39 +680,15 @@ fn starts_beside(one: &SpecialStart, branch: &Branch) -> Vec<Guess> {
     starts
 }
 
-fn again(branch: &Branch, special: Special, station: &Station, (low, high): (f64, f64)) -> bool {
-    let value = station.measured.guess.values[0];
-    let same = |point: &BranchPoint| {
-        point.special == Some(special) && (point.value - value).abs() <= SAME_BORDER * (high - low)
-    };
-    matches!(special, Special::Border(_)) && branch.points.iter().rev().take(3).any(same)
-}
-
-fn born(
-    manifold: Manifold<'_>,
-    guess: &Guess,
-    direction: &DVector<f64>,
-    steps: &FollowSteps,
-) -> Result<Guess, CycleError> {
-    let found = born_at(manifold, guess, direction, FIRST_STEP * steps.longest)?;
-    let (low, high) = steps.range;
-    let moved = (found.values[0] - guess.values[0]).abs();
-    // Every motion closes over zero time, so the period must not change much.
-    let same_period = (found.period / guess.period - 1.0).abs() <= OTHER_PERIOD;
-    match same_period && moved <= steps.longest * (high - low) {
-        true => Ok(found),
-        false => Err(CycleError::Collapsed { period: guess.period }),
-    }
-}
-
-fn born_at(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step: f64) -> Result<Guess, CycleError> {
+/// First cycle of the branch that is born in this direction.
+fn born(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, steps: &FollowSteps) -> Result<Guess, Error> {
     let n = guess.state.len();
     // Scales are those of the special point, where the system may be at rest.
     let local = manifold.local(guess)?;
     let scale = local.scale().rows(0, n).into_owned();
     let scaled = direction.rows(0, n).component_div(&scale);
     let moved = Guess {
-        state: &guess.state + direction.rows(0, n) * (step / scaled.norm()),
+        state: &guess.state + direction.rows(0, n) * (FIRST_STEP * steps.longest / scaled.norm()),
         ..guess.clone()
     };
     let mut local = manifold.local(&moved)?;
@@ -781,54 +698,14 @@ fn born_at(manifold: Manifold<'_>, guess: &Guess, direction: &DVector<f64>, step
         plane[k] = direction[k] / local.scale()[k];
     }
     let plane = &plane / plane.norm();
-    match solve(&mut local, &x, &plane) {
-        Ok(solution) => local.guess(&solution.x),
-        Err(none) => Err(none.into_error(guess.period)),
+    let solution = solve(&mut local, &x, &plane, guess.period)?;
+    let found = local.guess(&solution.x)?;
+    let (low, high) = steps.range;
+    let moved = (found.values[0] - guess.values[0]).abs();
+    // Every motion closes over zero time, so the period must not change much.
+    let same_period = (found.period / guess.period - 1.0).abs() <= OTHER_PERIOD;
+    match same_period && moved <= steps.longest * (high - low) {
+        true => Ok(found),
+        false => Err(collapsed(guess.period)),
     }
-}
-
-fn flat(mark: &Mark) -> Vec<f64> {
-    let code = |code: Option<f64>| code.unwrap_or(-1.0);
-    let end = mark
-        .end
-        .and_then(|end| EndReason::ALL.iter().position(|one| *one == end));
-    let mut all = vec![
-        code(mark.special.map(f64::from)),
-        code(end.map(|end| end as f64)),
-        mark.time,
-        mark.period,
-        mark.step,
-        mark.measured.0,
-        mark.state.len() as f64,
-        mark.values.len() as f64,
-    ];
-    all.extend(
-        mark.state
-            .iter()
-            .chain(&mark.values)
-            .chain(&mark.measured.1)
-            .chain(&mark.direction),
-    );
-    all
-}
-
-fn unflat(all: &[f64]) -> Option<Mark> {
-    let (head, rest) = all.split_at_checked(8)?;
-    let (state, rest) = rest.split_at_checked(head[6] as usize)?;
-    let (values, rest) = rest.split_at_checked(head[7] as usize)?;
-    let (measured, direction) = rest.split_at_checked(head[7] as usize)?;
-    Some(Mark {
-        special: (head[0] >= 0.0).then_some(head[0] as i8),
-        end: match head[1] {
-            code if code >= 0.0 => Some(*EndReason::ALL.get(code as usize)?),
-            _ => None,
-        },
-        time: head[2],
-        period: head[3],
-        step: head[4],
-        state: state.to_vec(),
-        values: values.to_vec(),
-        direction: direction.to_vec(),
-        measured: (head[5], measured.to_vec()),
-    })
 }

@@ -1,21 +1,78 @@
-//! Contents of a continuation file, and reading.
+//! From a study to the file of a continuation, with a journal next to it, and back.
 
 use super::ending::EndReason;
-use super::explore::{Branch, BranchPoint, Explored};
+use super::explore::{Branch, BranchPoint, Explored, Explorer};
 use super::special::Special;
 use super::study::ContinuationStudy;
-use crate::cycle::CycleStability;
+use crate::analysis::Deadline;
+use crate::cycle::{CycleStability, Family, in_units};
+use crate::error::Error;
 use crate::provenance;
+use crate::study::StudyRun;
+use crate::sweep::journal_path;
 use std::path::{Path, PathBuf};
-use stickslip_case::{Motion, quantity::Dimension};
+use std::time::Instant;
+use stickslip_case::Motion;
 use stickslip_files::schema::{META_POINT_COMMAND, Variable, attribute};
 use stickslip_files::{
     Addition, AttributeValue, DeclaredColumn, FileColumn, Reservation, ResultError, Status, StudyFile, StudyHeader,
-    columns,
+    columns, partial_path,
 };
 use stickslip_system::quote::in_shell;
 
 const MOST_SEQUENCES: usize = 127;
+
+/// Result of a continuation.
+#[derive(Debug)]
+pub struct ContinuationReport {
+    /// Path of the file.
+    pub file: PathBuf,
+    /// The branches.
+    pub explored: Explored,
+}
+
+/// Builder of a continuation; [`Continuation::start`] follows the branches into its file.
+pub type Continuation<'a> = StudyRun<'a, ContinuationStudy>;
+
+impl Continuation<'_> {
+    /// Follows the branches, at most for `solver.max_wall_time` of the base case. Points first go to a journal next to
+    /// the file. An interrupted continuation leaves a partial file and can resume from the journal.
+    ///
+    /// # Errors
+    /// There is no start, the file is protected, or the disk fails.
+    pub fn start(self) -> Result<ContinuationReport, Error> {
+        let (study, watch) = (self.study, self.watch);
+        let place = Reservation::take(self.path, self.overwrite, &study.head.files)?;
+        let begin = Instant::now();
+        let written = study.written()?;
+        let motion = written.case().motion();
+        let deadline = Deadline::after(begin, written.case().solver.max_wall_time);
+        let family = Family::new(written, &[study.axes[0].keys.clone()])?;
+        let at = journal_path(self.path);
+        let mut journal = self.journal(&study.digest())?;
+        let stop = || watch.stopped() || deadline.is_over();
+        let told = |explored: &Explored| {
+            let last = explored.branches.last().and_then(|branch| branch.points.last());
+            let (branch, points) = (explored.branches.len().saturating_sub(1), explored.points());
+            let value = last.map_or(f64::NAN, |point| point.value);
+            let what = format_args!("branch {branch}, {points} points, at {value:.9}");
+            let _ = watch.at(points as f64, points as f64, what);
+        };
+        let explored = Explorer::new(study, &family, &mut journal, &stop, &told).explore();
+        if explored.is_err() && journal.points() == 0 {
+            let _ = std::fs::remove_file(&at);
+        }
+        let explored = explored?;
+        let file = write(study, motion, &explored, &place)?;
+        drop(journal);
+        if !explored.interrupted {
+            // Removes what an interruption left.
+            let _ = std::fs::remove_file(partial_path(self.path));
+            let _ = std::fs::remove_file(&at);
+        }
+        Ok(ContinuationReport { file, explored })
+    }
+}
 
 /// Columns of /points with the units of a rotation. The value of the parameter and the sequence of events, whose names or
 /// words differ between files, are not among them.
@@ -27,8 +84,8 @@ const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
     Variable::quantity("largest_position", "rad", "largest position"), p.position.1, p.position.1 = x;
     Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), p.relative_velocity.0, p.relative_velocity.0 = x;
     Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), p.relative_velocity.1, p.relative_velocity.1 = x;
-    Variable::words("stability", "stability: growth of small disturbances", flags(STABILITIES.map(CycleStability::name))),
-        index(&STABILITIES, &p.stability), p.stability = STABILITIES[(x as usize).min(2)];
+    Variable::words("stability", "stability: growth of small disturbances", flags(CycleStability::NAMES)),
+        f64::from(p.stability as i8), p.stability = STABILITIES[(x as usize).min(2)];
     Variable::count("unstable", "multipliers above 1 in magnitude, or eigenvalues with a positive real part"),
         p.unstable as f64, p.unstable = x as usize;
     Variable::words("special", "kind of special point", words_of_specials()),
@@ -40,6 +97,20 @@ const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
     Variable::quantity("margin", "1", "relative distance of the nearest other sequence of events; NaN: none is near"),
         p.margin, p.margin = x;
     Variable::quantity("time", "s", "phase of the drives where the state is"), p.time, p.time = x;
+};
+
+/// Columns of /branches. The first point, which depends on the other branches, is not among them.
+const BRANCH_COLUMNS: &[DeclaredColumn<Branch>] = &columns! { branch, x:
+    Variable::words("what", "what is followed", flags(["steady", "cycle"])),
+        (!branch.steady).into(), branch.steady = x == 0.0;
+    Variable::words("end", "why it ends", flags(EndReason::names())),
+        branch.end.code().into(), branch.end = EndReason::of_code(x);
+    Variable::count("points", "how many points it has"), branch.points.len() as f64, _ = (branch, x);
+    Variable::count("multiple", "drive periods in one of its cycles; -1: autonomous, or steady sliding"),
+        branch.multiple.map_or(-1.0, f64::from), branch.multiple = (x > 0.0).then_some(x as u32);
+    Variable::count("parent", "the branch at whose special point it starts; -1: none"),
+        branch.parent.map_or(-1.0, |parent| parent.0 as f64),
+        branch.parent = (x >= 0.0).then_some((x as usize, 0));
 };
 
 const STABILITIES: [CycleStability; 3] = [
@@ -55,50 +126,44 @@ fn words_of_specials() -> Vec<(i64, String)> {
         .collect()
 }
 
-/// Code of a value: its place in the list of all values.
-fn index<T: PartialEq>(all: &[T], value: &T) -> f64 {
-    all.iter().position(|one| one == value).unwrap_or(0) as f64
-}
-
 fn flags<'a>(words: impl IntoIterator<Item = &'a str>) -> Vec<(i64, String)> {
     (0..).zip(words.into_iter().map(str::to_owned)).collect()
 }
 
-pub(crate) fn write(
+fn write(
     study: &ContinuationStudy,
     motion: Motion,
     explored: &Explored,
     place: &Reservation,
-    status: &Status,
 ) -> Result<PathBuf, ResultError> {
+    let head = &study.head;
     let mut meta: Vec<(String, AttributeValue)> = provenance::build();
     meta.push(("study_digest".to_owned(), AttributeValue::Text(study.digest())));
     meta.extend(provenance::point_command(modes_command(study)));
-    let settings: Vec<String> = study.settings.iter().map(stickslip_case::Override::argument).collect();
+    let settings: Vec<String> = head.settings.iter().map(stickslip_case::Override::argument).collect();
     let about = "overrides of the case, KEY=VALUE in each line";
     let header = StudyHeader {
-        title: study.title.clone(),
-        source: provenance::source(),
-        history: format!("stickslip continue {}", study.source.name),
-        study: study.source.text.clone(),
         inputs: vec![
-            ("case", "the base case as it was given (TOML)", study.base.text.clone()),
+            ("case", "the base case as it was given (TOML)", head.base.text.clone()),
             ("settings", about, settings.join("\n")),
         ],
         meta,
-        ..StudyHeader::default()
+        ..head.of_file(format!("stickslip continue {}", head.source.name))
     };
     let groups = [
         branches(explored),
         points(study, motion, explored),
         curves(study, explored),
     ];
-    header.write_continuation(&groups, place, status)
+    header.write_continuation(&groups, place, &Status::of(explored.interrupted))
 }
 
 fn modes_command(study: &ContinuationStudy) -> String {
-    let mut command = format!("stickslip modes {}", in_shell(&study.source.named(&study.base)));
-    for setting in &study.settings {
+    let mut command = format!(
+        "stickslip modes {}",
+        in_shell(&study.head.source.named(&study.head.base))
+    );
+    for setting in &study.head.settings {
         command += &format!(" --set {}", in_shell(&setting.argument()));
     }
     command
@@ -108,36 +173,17 @@ fn branches(explored: &Explored) -> Addition {
     let all = &explored.branches;
     let mut group = Addition::new("branches");
     group.dimension("branch", all.len(), "number of the branch");
-    let mut add = |column: FileColumn| group.over(&["branch"], column);
-    let what = all.iter().map(|branch| i8::from(!branch.steady));
-    add(FileColumn::codes(
-        "what",
-        "what is followed",
-        what,
-        flags(["steady", "cycle"]),
-    ));
-    let (words, ends) = (
-        flags(EndReason::ALL.map(EndReason::name)),
-        all.iter().map(|branch| branch.end),
-    );
-    let ends = ends.map(|end| index(&EndReason::ALL, &end) as i8);
-    add(FileColumn::codes("end", "why it ends", ends, words));
     let mut first = 0;
     let firsts = all.iter().map(|branch| {
         first += branch.points.len() as i64;
         first - branch.points.len() as i64
     });
-    add(FileColumn::counts("first_point", "its first point", firsts));
-    let points = all.iter().map(|branch| branch.points.len() as i64);
-    add(FileColumn::counts("points", "how many points it has", points));
-    let multiples = all.iter().map(|branch| branch.multiple.map_or(-1, i64::from));
-    let about = "drive periods in one of its cycles; -1: autonomous, or steady sliding";
-    add(FileColumn::counts("multiple", about, multiples));
-    let parents = all
-        .iter()
-        .map(|branch| branch.parent.map_or(-1, |parent| parent.0 as i64));
-    let about = "the branch at whose special point it starts; -1: none";
-    add(FileColumn::counts("parent", about, parents));
+    let firsts = FileColumn::counts("first_point", "its first point", firsts);
+    let (before, after) = BRANCH_COLUMNS.split_at(2);
+    let before = before.iter().map(|column| column.of(all));
+    let after = after.iter().map(|column| column.of(all));
+    let columns = before.chain([firsts]).chain(after);
+    columns.for_each(|column| group.over(&["branch"], column));
     group
 }
 
@@ -165,16 +211,10 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     let mut add = |column: FileColumn| group.over(&["point"], column);
     let owners = all.iter().map(|one| one.0 as i64);
     add(FileColumn::counts("branch", "index of the branch of the point", owners));
-    let values_of_axis = only().map(|point| point.value);
-    let unit = axis.unit.unwrap_or("1");
-    add(FileColumn::numbers(&axis.name, unit, axis.description, values_of_axis));
-    let in_units = |declared: &DeclaredColumn<BranchPoint>| {
-        let mut column = declared.of(only());
-        let of_rotation = [Dimension::Angle, Dimension::AngularVelocity];
-        if let Some(dimension) = of_rotation.into_iter().find(|one| one.unit() == column.variable.units) {
-            column.variable.units = motion.dimension(dimension).unit().to_owned();
-        }
-        column
+    add(axis.column(only().map(|point| point.value)));
+    let in_units = |declared: &DeclaredColumn<BranchPoint>| FileColumn {
+        variable: in_units((declared.variable)(), motion),
+        ..declared.of(only())
     };
     let (before, after) = POINT_COLUMNS.split_at(POINT_COLUMNS.len() - 1);
     before.iter().map(in_units).for_each(&mut add);
@@ -234,28 +274,14 @@ fn curves(study: &ContinuationStudy, explored: &Explored) -> Addition {
     let mut add = |column: FileColumn| group.over(&["curve_point"], column);
     let numbers = all.iter().map(|one| one.0 as i64);
     add(FileColumn::counts("curve", "index of the curve of the point", numbers));
-    let (words, codes) = (
-        flags(Special::ALL.map(Special::name)),
-        all.iter().map(|one| one.1.code()),
-    );
-    add(FileColumn::codes(
-        "special",
-        "special points of which kind",
-        codes,
-        words,
-    ));
+    let (about, words) = ("special points of which kind", flags(Special::ALL.map(Special::name)));
+    let codes = all.iter().map(|one| one.1.code());
+    add(FileColumn::codes("special", about, codes, words));
     for (k, axis) in study.axes.iter().take(2).enumerate() {
-        let unit = axis.unit.unwrap_or("1");
-        let values = all.iter().map(|one| one.2.values[k]);
-        add(FileColumn::numbers(&axis.name, unit, axis.description, values));
+        add(axis.column(all.iter().map(|one| one.2.values[k])));
     }
-    let periods = all.iter().map(|one| one.2.period);
-    add(FileColumn::numbers(
-        "curve_period",
-        "s",
-        "period of the cycle there",
-        periods,
-    ));
+    let (about, periods) = ("period of the cycle there", all.iter().map(|one| one.2.period));
+    add(FileColumn::numbers("curve_period", "s", about, periods));
     group
 }
 
@@ -298,8 +324,9 @@ impl Stored {
         let file = StudyFile::open_continuation(path)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);
         let (points, branches) = (file.table("points")?, file.table("branches")?);
-        let unit =
-            |variable: &str| Ok::<_, ResultError>(file.text_attribute(variable, attribute::UNITS)?.unwrap_or_default());
+        let given =
+            |group: &str, name: &str| Ok::<_, ResultError>(file.text_attribute(group, name)?.unwrap_or_default());
+        let unit = |variable: &str| given(variable, attribute::UNITS);
         let text = |name: &str| file.text_attribute("points", name)?.ok_or_else(|| missing(name));
         let (number, keys) = (text("number")?, text("keys")?);
         let owner = points.column("branch")?;
@@ -323,28 +350,21 @@ impl Stored {
             point.sequence = word.map_or_else(String::new, |one| one.1.clone());
             point.state = state.filter(|one| !one.is_nan()).collect();
         }
-        let (what, end) = (branches.column("what")?, branches.column("end")?);
-        let (multiple, parent) = (branches.column("multiple")?, branches.column("parent")?);
-        let owned = |branch: usize| -> Vec<BranchPoint> {
-            let points = owner.iter().zip(&all).filter(|(owner, _)| **owner as usize == branch);
-            points.map(|(_, point)| point.clone()).collect()
-        };
-        let branches = (0..what.len()).map(|index| Branch {
-            steady: what[index] == 0.0,
-            multiple: (multiple[index] > 0.0).then_some(multiple[index] as u32),
-            parent: (parent[index] >= 0.0).then_some((parent[index] as usize, 0)),
-            points: owned(index),
-            end: EndReason::ALL[(end[index] as usize).min(EndReason::ALL.len() - 1)],
-        });
-        let branches = branches.collect();
+        let mut found = vec![Branch::default(); branches.column("what")?.len()];
+        for column in BRANCH_COLUMNS {
+            column.read(&branches, &mut found)?;
+        }
+        for (owner, point) in owner.iter().zip(all) {
+            if let Some(branch) = found.get_mut(*owner as usize).filter(|_| *owner >= 0.0) {
+                branch.points.push(point);
+            }
+        }
         let mut curves: Vec<(Special, Vec<[f64; 2]>)> = Vec::new();
         let mut second = None;
-        let names = file.names("curves")?;
-        let known = ["curve_point", "curve", "special", "curve_period"];
-        if let Some(other) = names
-            .iter()
-            .find(|name| !known.contains(&name.as_str()) && **name != number)
-        {
+        let known = ["curve_point", "curve", "special", "curve_period", &number];
+        let mut names = file.names("curves")?;
+        names.retain(|name| !known.contains(&name.as_str()));
+        if let Some(other) = names.first() {
             let table = file.table("curves")?;
             let of = |name: &str| table.column(name);
             let (curve, kind, x, y) = (of("curve")?, of("special")?, of(&number)?, of(other)?);
@@ -363,10 +383,9 @@ impl Stored {
         }
         let input = |name: &str| Ok::<_, ResultError>(file.input(name)?.unwrap_or_default());
         let settings = input("settings")?;
-        let root = |name: &str| Ok::<_, ResultError>(file.text_attribute("", name)?.unwrap_or_default());
         Ok(Stored {
-            title: root("title")?,
-            complete: root("status")? == Status::Complete.name(),
+            title: given("", "title")?,
+            complete: given("", "status")? == Status::Complete.name(),
             modes_command: file.text_attribute("meta", META_POINT_COMMAND)?,
             number: (
                 number.clone(),
@@ -374,7 +393,7 @@ impl Stored {
                 unit(&format!("points/{number}"))?,
             ),
             second,
-            branches,
+            branches: found,
             curves,
             case: (input("case")?, settings.lines().map(str::to_owned).collect()),
             angle: unit("points/amplitude")?,

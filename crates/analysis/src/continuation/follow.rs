@@ -1,10 +1,10 @@
 //! Pseudo-arclength continuation of a branch: past folds and changes of the sequence of events, with special points.
 
 use super::ending::{EndReason, flip_near, hopf_near};
-use super::manifold::{Local, Manifold, Measured, What};
-use super::special::{Special, tests};
-use super::station::{Station, Trial, row, scaled};
-use crate::cycle::{CycleError, Guess, NewtonEquations as _, NewtonSolution, NoSolution, solve, tangent};
+use super::manifold::Measured;
+use super::special::{Special, Station, Trial, row, scaled, tests};
+use crate::cycle::{Guess, Local, Manifold, NewtonEquations as _, NewtonSolution, What, degenerate, solve, tangent};
+use crate::error::{Error, attempt};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
@@ -62,18 +62,17 @@ pub(crate) enum FoundPoint {
     End(EndReason),
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Mark {
-    pub special: Option<i8>,
-    pub end: Option<EndReason>,
-    pub time: f64,
-    pub state: Vec<f64>,
-    pub period: f64,
-    pub values: Vec<f64>,
-    pub direction: Vec<f64>,
-    pub step: f64,
-    /// See [`Measured::at`](super::manifold::Measured::at).
-    pub measured: (f64, Vec<f64>),
+/// Journal record of a finding: special point, end (-1: none), time, period, step, period of the measurement, numbers of
+/// components and parameters; then state, parameters, those of the measurement ([`Measured::at`]), and direction.
+pub(super) const MARKED: usize = 8;
+pub(super) const IS_SPECIAL: usize = 0;
+pub(super) const IS_END: usize = 1;
+
+/// A point in scaled unknowns, and a direction from it.
+pub(super) struct Ray<'l, 'a> {
+    pub local: &'l mut Local<'a>,
+    pub x: &'l DVector<f64>,
+    pub along: &'l DVector<f64>,
 }
 
 pub(crate) struct BranchFollower<'a> {
@@ -96,19 +95,15 @@ pub(super) fn is_half(special: &Guess, cycle: &Guess) -> bool {
     special.period < 0.75 * cycle.period
 }
 
-fn no_derivatives(guess: &Guess) -> CycleError {
-    CycleError::Degenerate { period: guess.period }
-}
-
 /// The tangent of the branch lies on the side of `toward`, a direction in scaled unknowns.
 fn station_at(
     manifold: Manifold<'_>,
     measured: Measured,
     toward: impl FnOnce(&Local<'_>) -> DVector<f64>,
-) -> Result<Station, CycleError> {
+) -> Result<Station, Error> {
     let mut local = manifold.local(&measured.guess)?;
     let (_, jacobian) = local.evaluate(&local.unknowns(&measured.guess))?;
-    let found = tangent(&jacobian, &toward(&local)).ok_or(no_derivatives(&measured.guess))?;
+    let found = tangent(&jacobian, &toward(&local)).ok_or_else(|| degenerate(measured.guess.period))?;
     Ok(Station {
         tests: tests(manifold.what, &measured, &found, &jacobian),
         direction: found.component_mul(local.scale()),
@@ -124,9 +119,9 @@ impl<'a> BranchFollower<'a> {
         guess: &Guess,
         direction: Option<&DVector<f64>>,
         up: bool,
-    ) -> Result<BranchFollower<'a>, CycleError> {
+    ) -> Result<BranchFollower<'a>, Error> {
         let measured = manifold.measure(guess)?;
-        let swing = measured.relative_velocity.1 - measured.relative_velocity.0;
+        let swing = measured.swing();
         let current = station_at(manifold, measured, |local| match direction {
             Some(direction) => scaled(local, direction),
             None => {
@@ -150,52 +145,47 @@ impl<'a> BranchFollower<'a> {
         })
     }
 
-    pub fn failure(&self) -> Option<&str> {
-        self.failure.as_deref()
-    }
-
-    pub fn current(&self) -> &Station {
-        &self.current
-    }
-
-    pub fn mark(&self, found: &FoundPoint) -> Mark {
+    pub fn mark(&self, found: &FoundPoint) -> Vec<f64> {
         let (station, special, end) = match found {
-            FoundPoint::Point(station) => (&**station, None, None),
-            FoundPoint::Special(special, station) => (&**station, Some(special.code()), None),
-            FoundPoint::End(reason) => (&self.current, None, Some(*reason)),
+            FoundPoint::Point(station) => (&**station, -1, -1),
+            FoundPoint::Special(special, station) => (&**station, special.code(), -1),
+            FoundPoint::End(reason) => (&self.current, -1, reason.code()),
         };
-        let guess = &station.measured.guess;
-        Mark {
-            special,
-            end,
-            time: guess.time,
-            state: guess.state.as_slice().to_vec(),
-            period: guess.period,
-            values: guess.values.clone(),
-            direction: station.direction.as_slice().to_vec(),
-            step: self.step,
-            measured: station.measured.at.clone(),
-        }
+        let Measured { guess, at, .. } = &station.measured;
+        let head: [f64; MARKED] = [
+            special.into(),
+            end.into(),
+            guess.time,
+            guess.period,
+            self.step,
+            at.0,
+            guess.state.len() as f64,
+            guess.values.len() as f64,
+        ];
+        let direction = station.direction.as_slice();
+        [&head, guess.state.as_slice(), &guess.values, &at.1, direction].concat()
     }
 
-    pub fn resume(&mut self, mark: &Mark) -> Result<FoundPoint, CycleError> {
-        if let Some(reason) = mark.end {
-            return Ok(FoundPoint::End(reason));
+    pub fn resume(&mut self, mark: &[f64]) -> Result<FoundPoint, Error> {
+        let torn = || Error::input("the journal has a record that is none of a branch; start anew with --force");
+        let (head, rest) = mark.split_at_checked(MARKED).ok_or_else(torn)?;
+        if head[IS_END] >= 0.0 {
+            return Ok(FoundPoint::End(EndReason::of_code(head[IS_END])));
         }
+        let (state, rest) = rest.split_at_checked(head[6] as usize).ok_or_else(torn)?;
+        let (values, rest) = rest.split_at_checked(head[7] as usize).ok_or_else(torn)?;
+        let (measured_values, direction) = rest.split_at_checked(head[7] as usize).ok_or_else(torn)?;
         let guess = Guess {
-            time: mark.time,
-            state: DVector::from_column_slice(&mark.state),
-            period: mark.period,
-            values: mark.values.clone(),
+            time: head[2],
+            state: DVector::from_column_slice(state),
+            period: head[3],
+            values: values.to_vec(),
         };
         // Cycles end in steady sliding, or on cycles of half their period.
         let what = match self.manifold.what {
             What::Cycles(_) if guess.period.is_nan() => {
-                What::Steady(if self.current.measured.relative_velocity.1 > 0.0 {
-                    1
-                } else {
-                    -1
-                })
+                let forwards = self.current.measured.orbit.relative_velocity.1 > 0.0;
+                What::Steady(if forwards { 1 } else { -1 })
             }
             What::Cycles(multiple) if multiple > 1 && is_half(&guess, &self.current.measured.guess) => {
                 What::Cycles(multiple / 2)
@@ -203,52 +193,46 @@ impl<'a> BranchFollower<'a> {
             what => what,
         };
         let manifold = Manifold { what, ..self.manifold };
-        let (period, values) = mark.measured.clone();
         let beside = Guess {
-            period,
-            values,
+            period: head[5],
+            values: measured_values.to_vec(),
             ..guess.clone()
         };
         let mut measured = manifold.measure(&beside)?;
         measured.guess = guess.clone();
         let mut local = manifold.local(&guess)?;
         let (_, jacobian) = local.evaluate(&local.unknowns(&guess))?;
-        let direction = DVector::from_column_slice(&mark.direction);
+        let direction = DVector::from_column_slice(direction);
         let station = Station {
             tests: tests(what, &measured, &scaled(&local, &direction), &jacobian),
             measured,
             direction,
         };
-        match mark.special.and_then(|code| Special::ALL.get(code as usize)) {
-            Some(&special) => Ok(FoundPoint::Special(special, Box::new(station))),
-            None => {
-                self.accept(station.clone());
-                self.step = mark.step;
-                Ok(FoundPoint::Point(Box::new(station)))
-            }
+        if head[IS_SPECIAL] >= 0.0 {
+            let special = Special::ALL.get(head[IS_SPECIAL] as usize).ok_or_else(torn)?;
+            return Ok(FoundPoint::Special(*special, Box::new(station)));
         }
+        self.accept(station.clone());
+        self.step = head[4];
+        Ok(FoundPoint::Point(Box::new(station)))
     }
 
     pub(super) fn reason(&self, local: &mut Local<'a>, beyond: &DVector<f64>) -> String {
         if let Err(error) = local.evaluate(beyond) {
             return error.to_string();
         }
-        let near = self
-            .current
-            .measured
-            .nearest
-            .map_or_else(String::new, |(border, distance)| {
-                format!(
-                    "; the nearest change of its events ({}) is at a relative distance of {distance:.1e}",
-                    border.words()
-                )
-            });
-        format!("Newton's method does not converge there by the shortest steps{near}")
+        let near = self.current.measured.orbit.nearest.map(|nearest| {
+            let (words, distance) = (nearest.border.words(), nearest.distance);
+            format!("; the nearest change of its events ({words}) is at a relative distance of {distance:.1e}")
+        });
+        format!(
+            "Newton's method does not converge there by the shortest steps{}",
+            near.unwrap_or_default()
+        )
     }
 
     pub(super) fn accept(&mut self, station: Station) {
-        let (least, largest) = station.measured.relative_velocity;
-        self.swing = self.swing.max(largest - least);
+        self.swing = self.swing.max(station.measured.swing());
         self.points += 1;
         let now = self.manifold.half_way(&station.measured);
         self.halves = [self.halves[1], now, self.halves[2].max(now)];
@@ -257,7 +241,7 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Next points and special points. The last finding of a branch is its end.
-    pub fn advance(&mut self) -> Result<Vec<FoundPoint>, CycleError> {
+    pub fn advance(&mut self) -> Result<Vec<FoundPoint>, Error> {
         if self.points >= self.steps.most {
             return Ok(vec![FoundPoint::End(EndReason::Points)]);
         }
@@ -271,24 +255,24 @@ impl<'a> BranchFollower<'a> {
         let x = local.unknowns(&self.current.measured.guess);
         let along = scaled(&local, &self.current.direction);
         let shortest = SHORTEST * self.steps.longest;
+        let ray = &mut Ray {
+            local: &mut local,
+            x: &x,
+            along: &along,
+        };
         loop {
-            let trial = match self.trial(&mut local, (&x, &along), self.step) {
-                Ok(trial) => trial,
-                Err(CycleError::Interrupted) => return Err(CycleError::Interrupted),
-                Err(_) => None,
-            };
+            let trial = attempt(self.trial(ray, self.step))?.flatten();
             self.failure = None;
             let Some(trial) = trial else {
-                let small = Self::swing_of(&self.current) < SMALL * self.swing;
+                let small = self.current.measured.swing() < SMALL * self.swing;
                 if small
-                    && self.manifold.family.is_autonomous()
-                    && matches!(self.manifold.what, What::Cycles(_))
+                    && self.manifold.is_of_autonomous_cycles()
                     && let Some(found) = self.shrunk()?
                 {
                     return Ok(found);
                 }
                 if self.step <= SHORT * self.steps.longest
-                    && let Some(found) = self.border(&mut local, (&x, &along), self.step)?
+                    && let Some(found) = self.border(ray, self.step)?
                 {
                     return Ok(found);
                 }
@@ -298,7 +282,7 @@ impl<'a> BranchFollower<'a> {
             let Trial { solution, station } = trial;
             let (next, step, is_last) = match self.outside(&station) {
                 None => (station, self.step, false),
-                Some(bound) => match self.clipped(&mut local, &station, bound)? {
+                Some(bound) => match self.clipped(ray.local, &station, bound)? {
                     Some((share, clipped)) => (clipped, share * self.step, true),
                     None if self.step > SHORT * self.steps.longest => {
                         self.step /= 2.0;
@@ -307,43 +291,34 @@ impl<'a> BranchFollower<'a> {
                     None => {
                         let mut end = solution.x.clone();
                         let last = end.len() - 1;
-                        end[last] = bound / local.scale()[last];
-                        self.failure = Some(self.reason(&mut local, &end));
+                        end[last] = bound / ray.local.scale()[last];
+                        self.failure = Some(self.reason(ray.local, &end));
                         return Ok(vec![FoundPoint::End(EndReason::Lost)]);
                     }
                 },
             };
-            if next.measured.word != self.current.measured.word {
-                if let Some(found) = self.border(&mut local, (&x, &along), step)? {
+            if next.measured.orbit.word != self.current.measured.orbit.word {
+                if let Some(found) = self.border(ray, step)? {
                     return Ok(found);
                 }
                 self.step = step / 2.0;
                 continue;
             }
             if is_last {
-                let mut found = self.between(&mut local, (&x, &along), step, &next)?;
+                let mut found = self.between(ray, step, &next)?;
                 found.push(FoundPoint::Point(Box::new(next)));
                 found.push(FoundPoint::End(EndReason::Range));
                 return Ok(found);
             }
-            let cosine = scaled(&local, &next.direction).dot(&along);
-            log::debug!(
-                "at {:?}: step {:.2e}, cosine {cosine:.6}, {} iterations, distance {:.2e}, along {:?}, next {:?}",
-                next.measured.guess.values,
-                self.step,
-                solution.iterations,
-                (&solution.x - &x).norm(),
-                along.as_slice(),
-                scaled(&local, &next.direction).as_slice()
-            );
+            let cosine = scaled(ray.local, &next.direction).dot(&along);
             if cosine < LEAST_COSINE && self.step > 10.0 * shortest {
                 self.step /= 2.0;
                 continue;
             }
-            if let Some(end) = self.ends(&mut local, &next)? {
+            if let Some(end) = self.ends(ray.local, &next)? {
                 return Ok(end);
             }
-            let mut found = self.between(&mut local, (&x, &along), self.step, &next)?;
+            let mut found = self.between(ray, self.step, &next)?;
             if cosine > GOOD_COSINE && solution.iterations <= FEW_ITERATIONS {
                 self.step = (1.5 * self.step).min(self.steps.longest);
             } else if cosine < LEAST_COSINE.max(0.95) || solution.iterations > MANY_ITERATIONS {
@@ -355,19 +330,15 @@ impl<'a> BranchFollower<'a> {
         }
     }
 
-    fn swing_of(station: &Station) -> f64 {
-        station.measured.relative_velocity.1 - station.measured.relative_velocity.0
-    }
-
     fn slow_before_rest(&mut self, next: &Station) {
-        let (before, now) = (Self::swing_of(&self.current), Self::swing_of(next));
-        if matches!(self.manifold.what, What::Cycles(_)) && self.manifold.family.is_autonomous() && now < before {
+        let (before, now) = (self.current.measured.swing(), next.measured.swing());
+        if self.manifold.is_of_autonomous_cycles() && now < before {
             let slope = (before - now) / self.step;
             self.step = self.step.min(0.5 * now / slope);
         }
     }
 
-    fn shrunk(&self) -> Result<Option<Vec<FoundPoint>>, CycleError> {
+    fn shrunk(&self) -> Result<Option<Vec<FoundPoint>>, Error> {
         let hopf = hopf_near(self.manifold, &self.current)?;
         Ok(hopf.map(|station| {
             vec![
@@ -377,7 +348,7 @@ impl<'a> BranchFollower<'a> {
         }))
     }
 
-    pub(super) fn take(&mut self, station: Station) -> Result<FoundPoint, CycleError> {
+    pub(super) fn take(&mut self, station: Station) -> Result<FoundPoint, Error> {
         let moved = self.manifold.away_from_events(&station.measured, &station.direction)?;
         let station = match moved {
             Some((measured, direction)) => station_at(self.manifold, measured, |local| scaled(local, &direction))?,
@@ -388,26 +359,19 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Solution at a distance along a direction; `None` if Newton's method converges elsewhere.
-    pub(super) fn trial(
-        &self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-    ) -> Result<Option<Trial>, CycleError> {
-        self.trial_near(local, at, step, step.max(1e-9))
+    pub(super) fn trial(&self, ray: &mut Ray<'_, 'a>, step: f64) -> Result<Option<Trial>, Error> {
+        self.trial_near(ray, step, step.max(1e-9))
     }
 
-    fn measured(&self, local: &Local<'a>, solution: NewtonSolution, along: &DVector<f64>) -> Result<Trial, CycleError> {
+    fn measured(&self, local: &Local<'a>, solution: NewtonSolution, along: &DVector<f64>) -> Result<Trial, Error> {
         let guess = local.guess(&solution.x)?;
         let measured = self.manifold.measure(&guess)?;
-        if let Local::Cycles(shooting) = local
-            && shooting.phase_cosine() < LEAST_PHASE_COSINE
-        {
+        if local.phase_cosine() < LEAST_PHASE_COSINE {
             let along = along.component_mul(local.scale());
             let station = station_at(self.manifold, measured, |local| scaled(local, &along))?;
             return Ok(Trial { solution, station });
         }
-        let direction = tangent(&solution.jacobian, along).ok_or(no_derivatives(&guess))?;
+        let direction = tangent(&solution.jacobian, along).ok_or_else(|| degenerate(guess.period))?;
         let station = Station {
             tests: tests(self.manifold.what, &measured, &direction, &solution.jacobian),
             direction: direction.component_mul(local.scale()),
@@ -427,68 +391,51 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Point at the end of the range, and its fraction of the step; `next` lies beyond.
-    fn clipped(&self, local: &mut Local<'a>, next: &Station, bound: f64) -> Result<Option<(f64, Station)>, CycleError> {
+    fn clipped(&self, local: &mut Local<'a>, next: &Station, bound: f64) -> Result<Option<(f64, Station)>, Error> {
         let (before, after) = (self.value(&self.current), self.value(next));
         let share = (bound - before) / (after - before);
-        let (start, end) = (
-            local.unknowns(&self.current.measured.guess),
-            local.unknowns(&next.measured.guess),
-        );
+        let [start, end] = [&self.current, next].map(|station| local.unknowns(&station.measured.guess));
         let along = scaled(local, &self.current.direction);
         let mut at = &start + (end - &start) * share;
         let last = at.len() - 1;
         at[last] = bound / local.scale()[last];
         let mut plane = DVector::zeros(at.len());
         plane[last] = 1.0;
-        match solve(local, &at, &row(&plane)) {
-            Ok(solution) => {
-                let share = along.dot(&(&solution.x - &start)) / self.step;
-                let station = self.measured(local, solution, &along)?.station;
-                Ok(Some((share.clamp(0.0, 1.0), station)))
-            }
-            Err(NoSolution::Failed(CycleError::Interrupted)) => Err(CycleError::Interrupted),
-            Err(_) => Ok(None),
-        }
+        let Some(solution) = self.solved(local, &at, &plane)? else {
+            return Ok(None);
+        };
+        let share = along.dot(&(&solution.x - &start)) / self.step;
+        let station = self.measured(local, solution, &along)?.station;
+        Ok(Some((share.clamp(0.0, 1.0), station)))
     }
 
-    fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<FoundPoint>>, CycleError> {
-        if let What::Cycles(_) = self.manifold.what {
-            let (least, largest) = next.measured.relative_velocity;
-            let shrinks = largest - least < Self::swing_of(&self.current).min(SHRUNK * self.swing);
+    fn ends(&mut self, local: &mut Local<'a>, next: &Station) -> Result<Option<Vec<FoundPoint>>, Error> {
+        let Measured { guess, orbit, .. } = &next.measured;
+        let (least, largest) = orbit.relative_velocity;
+        let is_cycle = matches!(self.manifold.what, What::Cycles(_));
+        if self.manifold.is_of_autonomous_cycles() {
+            let swing = next.measured.swing();
+            let shrinks = swing < self.current.measured.swing().min(SHRUNK * self.swing);
+            let passed = || self.current.tests.passed(&next.tests, self.manifold.what);
             // A step may have passed size zero to the mirror image, where the parameter turns back.
-            let turns = || {
-                self.current
-                    .tests
-                    .passed(&next.tests, self.manifold.what)
-                    .contains(&Special::Fold)
-            };
-            let mirrored = || Self::swing_of(next) < SMALL * self.swing && turns();
-            if self.manifold.family.is_autonomous()
-                && (shrinks || mirrored())
+            let mirrored = || swing < SMALL * self.swing && passed().contains(&Special::Fold);
+            if (shrinks || mirrored())
                 && let Some(found) = self.shrunk()?
             {
                 return Ok(Some(found));
             }
-            if least.abs().max(largest.abs()) < RESTED * self.swing {
-                return Ok(Some(vec![
-                    FoundPoint::Point(Box::new(next.clone())),
-                    FoundPoint::End(EndReason::Rest),
-                ]));
-            }
-            if next.measured.guess.period > INFINITE * self.first.period {
-                return Ok(Some(vec![
-                    FoundPoint::Point(Box::new(next.clone())),
-                    FoundPoint::End(EndReason::Infinite),
-                ]));
-            }
         }
-        if self.points > 8 && self.returns(local, next) {
-            return Ok(Some(vec![
-                FoundPoint::Point(Box::new(next.clone())),
-                FoundPoint::End(EndReason::Closed),
-            ]));
-        }
-        Ok(None)
+        let reason = if is_cycle && least.abs().max(largest.abs()) < RESTED * self.swing {
+            EndReason::Rest
+        } else if is_cycle && guess.period > INFINITE * self.first.period {
+            EndReason::Infinite
+        } else if self.points > 8 && self.returns(local, next) {
+            EndReason::Closed
+        } else {
+            return Ok(None);
+        };
+        let point = FoundPoint::Point(Box::new(next.clone()));
+        Ok(Some(vec![point, FoundPoint::End(reason)]))
     }
 
     fn returns(&self, local: &Local<'a>, next: &Station) -> bool {
@@ -499,7 +446,7 @@ impl<'a> BranchFollower<'a> {
         let width = local.scale()[local.scale().len() - 1];
         let same_period = self.first.period.is_nan()
             || (self.first.period - next.measured.guess.period).abs() <= 0.02 * self.first.period;
-        let swing = Self::swing_of(next);
+        let swing = next.measured.swing();
         let same_state = match self.manifold.what {
             What::Cycles(_) => (swing - self.first_swing).abs() <= 0.02 * self.swing,
             What::Steady(_) => {
@@ -510,16 +457,10 @@ impl<'a> BranchFollower<'a> {
         between && near(first, number, width) && same_period && same_state
     }
 
-    pub(super) fn between(
-        &self,
-        local: &mut Local<'a>,
-        (x, along): (&DVector<f64>, &DVector<f64>),
-        step: f64,
-        next: &Station,
-    ) -> Result<Vec<FoundPoint>, CycleError> {
+    pub(super) fn between(&self, ray: &mut Ray<'_, 'a>, step: f64, next: &Station) -> Result<Vec<FoundPoint>, Error> {
         let mut found = Vec::new();
         for special in self.current.tests.passed(&next.tests, self.manifold.what) {
-            let located = self.located(local, (x, along), step, special, next)?;
+            let located = self.located(ray, step, special, next)?;
             if let Some((share, station)) = located {
                 found.push((share, special, station));
             }
@@ -537,28 +478,24 @@ impl<'a> BranchFollower<'a> {
     /// Special point by regula falsi (Illinois).
     fn located(
         &self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
+        ray: &mut Ray<'_, 'a>,
         step: f64,
         special: Special,
         next: &Station,
-    ) -> Result<Option<(f64, Station)>, CycleError> {
+    ) -> Result<Option<(f64, Station)>, Error> {
         let value = |station: &Station| station.tests.value(special, &station.measured);
         let (mut low, mut high) = ((0.0, value(&self.current)), (step, value(next)));
         let mut best = next.clone();
         if (low.1 * high.1).partial_cmp(&0.0) != Some(std::cmp::Ordering::Less) {
             // A pair became real on the way: bisection finds where the count changes.
-            return self.halved(local, at, step, special);
+            return self.halved(ray, step, special);
         }
         let mut side = 0;
         for _ in 0..MOST_HALVINGS {
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let share = if share.is_finite() {
-                share
-            } else {
-                0.5 * (low.0 + high.0)
-            };
-            let Some(trial) = self.trial_near(local, at, share, step)? else {
+            let middle = 0.5 * (low.0 + high.0);
+            let share = if share.is_finite() { share } else { middle };
+            let Some(trial) = self.trial_near(ray, share, step)? else {
                 return Ok(None);
             };
             let found = value(&trial.station);
@@ -587,20 +524,14 @@ impl<'a> BranchFollower<'a> {
         Ok(Some((0.5 * (low.0 + high.0), best)))
     }
 
-    fn halved(
-        &self,
-        local: &mut Local<'a>,
-        at: (&DVector<f64>, &DVector<f64>),
-        step: f64,
-        special: Special,
-    ) -> Result<Option<(f64, Station)>, CycleError> {
+    fn halved(&self, ray: &mut Ray<'_, 'a>, step: f64, special: Special) -> Result<Option<(f64, Station)>, Error> {
         let (mut low, mut high, mut best) = (0.0, step, None);
         for _ in 0..MOST_HALVINGS {
             let middle = 0.5 * (low + high);
             if high - low <= LOCATED * step {
                 break;
             }
-            let Some(trial) = self.trial_near(local, at, middle, step)? else {
+            let Some(trial) = self.trial_near(ray, middle, step)? else {
                 return Ok(None);
             };
             let passed = self.current.tests.passed(&trial.station.tests, self.manifold.what);
@@ -618,22 +549,22 @@ impl<'a> BranchFollower<'a> {
     }
 
     /// Uses the tolerance of the whole step.
-    pub(super) fn trial_near(
+    pub(super) fn trial_near(&self, ray: &mut Ray<'_, 'a>, share: f64, step: f64) -> Result<Option<Trial>, Error> {
+        let Ray { local, x, along } = ray;
+        let expected = *x + *along * share;
+        let near = |solution: &NewtonSolution| (&solution.x - &expected).norm() <= FARTHEST * step;
+        let solution = self.solved(local, &expected, along)?.filter(near);
+        solution
+            .map(|solution| self.measured(local, solution, along))
+            .transpose()
+    }
+
+    fn solved(
         &self,
         local: &mut Local<'a>,
-        (x, along): (&DVector<f64>, &DVector<f64>),
-        share: f64,
-        step: f64,
-    ) -> Result<Option<Trial>, CycleError> {
-        let expected = x + along * share;
-        let solution = match solve(local, &expected, &row(along)) {
-            Ok(solution) => solution,
-            Err(NoSolution::Failed(CycleError::Interrupted)) => return Err(CycleError::Interrupted),
-            Err(_) => return Ok(None),
-        };
-        if (&solution.x - &expected).norm() > FARTHEST * step {
-            return Ok(None);
-        }
-        self.measured(local, solution, along).map(Some)
+        at: &DVector<f64>,
+        across: &DVector<f64>,
+    ) -> Result<Option<NewtonSolution>, Error> {
+        attempt(solve(local, at, &row(across), self.current.measured.guess.period))
     }
 }

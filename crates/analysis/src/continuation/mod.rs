@@ -7,15 +7,14 @@
 //! | module | what it is |
 //! |---|---|
 //! | `study` | study file |
-//! | `manifold` | equations about a point, and measurements there |
-//! | `special` | kinds of special points, and their test functions |
-//! | `station` | point of a branch, and trial of the next one |
+//! | `manifold` | measurements at a point |
+//! | `special` | points of a branch; special points and their test functions |
 //! | `follow` | a branch, from point to point |
 //! | `border` | changes of the sequence of events |
 //! | `ending` | ends of branches; cycles that shrink to steady sliding |
 //! | `curve` | special points in two parameters |
 //! | `explore` | all branches of a study |
-//! | `run`, `file` | from a study to its file, and back |
+//! | `file` | from a study to its file, and back |
 
 mod border;
 mod curve;
@@ -24,15 +23,12 @@ mod explore;
 mod file;
 mod follow;
 mod manifold;
-mod run;
 mod special;
-mod station;
 mod study;
 
 pub use curve::CurvePoint;
 pub use ending::EndReason;
-pub use explore::{Branch, BranchPoint, ExploreError, Explored, SpecialCurve};
-pub use file::Stored;
-pub use run::{Continuation, ContinuationError, ContinuationReport};
+pub use explore::{Branch, BranchPoint, Explored, SpecialCurve};
+pub use file::{Continuation, ContinuationReport, Stored};
 pub use special::Special;
 pub use study::{CONTINUATIONS, ContinuationStudy};

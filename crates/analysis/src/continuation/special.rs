@@ -1,7 +1,7 @@
-//! Special points of a branch: turning points, changes of stability, changes of the sequence of events.
+//! Points of a branch, and special points: turning points, changes of stability, changes of the sequence of events.
 
-use super::manifold::{Measured, What};
-use crate::cycle::Border;
+use super::manifold::Measured;
+use crate::cycle::{Border, Local, NewtonSolution, What};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Kind of a special point.
@@ -83,10 +83,8 @@ pub(crate) fn tests(what: What, measured: &Measured, direction: &DVector<f64>, j
             for one in spectrum.iter().filter(|one| one.im == 0.0) {
                 product *= (one.re + 1.0) / (1.0 + one.re.abs());
             }
-            (
-                product,
-                spectrum.iter().filter(|one| one.im != 0.0 && one.norm() > 1.0).count(),
-            )
+            let growing = spectrum.iter().filter(|one| one.im != 0.0 && one.norm() > 1.0);
+            (product, growing.count())
         }
         What::Steady(_) => (1.0, spectrum.iter().filter(|one| one.im != 0.0 && one.re > 0.0).count()),
     };
@@ -128,23 +126,17 @@ impl Tests {
     }
 
     pub fn passed(&self, there: &Tests, what: What) -> Vec<Special> {
-        let mut found = Vec::new();
-        if self.fold * there.fold < 0.0 {
-            found.push(Special::Fold);
-        }
-        if self.flip * there.flip < 0.0 {
-            found.push(Special::Flip);
-        }
-        if self.crossing != there.crossing {
-            found.push(match what {
-                What::Cycles(_) => Special::Torus,
-                What::Steady(_) => Special::Hopf,
-            });
-        }
-        if self.branch * there.branch < 0.0 {
-            found.push(Special::BranchPoint);
-        }
-        found
+        let pair = match what {
+            What::Cycles(_) => Special::Torus,
+            What::Steady(_) => Special::Hopf,
+        };
+        let all = [
+            (Special::Fold, self.fold * there.fold < 0.0),
+            (Special::Flip, self.flip * there.flip < 0.0),
+            (pair, self.crossing != there.crossing),
+            (Special::BranchPoint, self.branch * there.branch < 0.0),
+        ];
+        all.into_iter().filter(|one| one.1).map(|one| one.0).collect()
     }
 
     /// Zero at the special point, with opposite signs on both sides.
@@ -157,7 +149,7 @@ impl Tests {
                 Special::Hopf => pair.re,
                 _ => pair.norm() - 1.0,
             }),
-            Special::Border(_) => measured.nearest.map_or(f64::NAN, |nearest| nearest.1),
+            Special::Border(_) => measured.orbit.nearest.map_or(f64::NAN, |nearest| nearest.distance),
         }
     }
 }
@@ -170,4 +162,26 @@ pub(crate) fn critical_pair(of: Special, spectrum: &[Complex<f64>]) -> Option<Co
     };
     let complex = spectrum.iter().filter(|one| one.im > 0.0);
     complex.min_by(|a, b| off(a).total_cmp(&off(b))).copied()
+}
+
+/// Point with the direction of the branch, in physical units.
+#[derive(Debug, Clone)]
+pub(crate) struct Station {
+    pub measured: Measured,
+    pub direction: DVector<f64>,
+    pub tests: Tests,
+}
+
+/// Solution on the plane across a direction, at a distance along this direction.
+pub(super) struct Trial {
+    pub solution: NewtonSolution,
+    pub station: Station,
+}
+
+pub(super) fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
+    direction.component_div(local.scale()).normalize()
+}
+
+pub(super) fn row(direction: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_row_slice(1, direction.len(), direction.as_slice())
 }

@@ -2,13 +2,12 @@
 
 use super::special::Special;
 use crate::cycle::{CycleSearch, From, LONGEST};
-use crate::study::{Head, StudyReader, StudySource};
-use crate::sweep::{ParameterAxis, WALL_TIME, read_axis};
-use sha2::{Digest, Sha256};
-use std::path::PathBuf;
+use crate::study::{StudyHead, StudyReader, StudySource, hash_of};
+use crate::sweep::{ParameterAxis, read_axis};
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
-use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
+use stickslip_case::document::PlacedValue;
+use stickslip_case::{CaseError, Override, WrittenCase};
 
 /// Built-in studies: the files of `data/studies`.
 pub const CONTINUATIONS: &[BuiltIn] = built_in!["studies": "belt-branches", "sliding-bifurcations"];
@@ -38,14 +37,8 @@ const BRANCH_KEYS: &[&str] = &[
 /// Continuation study, checked as far as possible without runs.
 #[derive(Debug, Clone)]
 pub struct ContinuationStudy {
-    /// Title of the study.
-    pub title: String,
-    /// Source text.
-    pub source: StudySource,
-    /// Text of the base case.
-    pub base: CaseSource,
-    /// Settings of the study in the base case.
-    pub settings: Vec<Override>,
+    /// Title, base case, settings.
+    pub head: StudyHead,
     /// Parameter that varies along branches, and a second one for curves of special points.
     pub axes: Vec<ParameterAxis>,
     /// Whether branches start at steady sliding.
@@ -64,19 +57,17 @@ pub struct ContinuationStudy {
     pub follow: Vec<Special>,
     /// Special points that are followed in two parameters.
     pub curves: Vec<Special>,
-    /// Input files, which must not be overwritten.
-    pub files: Vec<PathBuf>,
 }
 
 impl ContinuationStudy {
     /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
-        let head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
+        let (head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
         let missing = "missing: the parameter that varies; write [[axis]] with key, from and to";
         let mut axes: Vec<ParameterAxis> = Vec::new();
         for (path, node) in reader.tables(&root, "axis", Some(missing)) {
-            let Some(axis) = read_axis(&mut reader, &head.keys, node, &path, true) else {
+            let Some(axis) = read_axis(&mut reader, &keys, node, &path, true) else {
                 continue;
             };
             if axis.range.is_none() {
@@ -93,10 +84,7 @@ impl ContinuationStudy {
             reader.report(&root, "axis", message);
         }
         let mut study = ContinuationStudy {
-            title: head.title,
-            base: head.base.clone().unwrap_or_else(|| source_without_a_case(&source)),
-            settings: head.settings,
-            files: head.files,
+            head,
             axes,
             steady: false,
             cycle: true,
@@ -106,13 +94,12 @@ impl ContinuationStudy {
             step: DEFAULT_STEP,
             follow: vec![Special::Hopf, Special::Flip],
             curves: Vec::new(),
-            source,
         };
         study.read_branch(&mut reader, &root);
-        if !reader.is_clean() || head.base.is_none() {
+        if !reader.is_clean() {
             return Err(reader.into_error());
         }
-        let start = study.start()?;
+        let start = study.head.case_with([])?;
         // A single number may stand for a list of one.
         for key in study.axes.iter_mut().flat_map(|axis| &mut axis.keys) {
             let first = format!("{key}.0");
@@ -122,7 +109,7 @@ impl ContinuationStudy {
         }
         for (index, axis) in study.axes.iter().enumerate() {
             let key = &axis.keys[0];
-            let fails = |message: &str| Err(CaseError::one(study.source.label(), key, message));
+            let fails = |message: &str| Err(CaseError::one(study.head.source.label(), key, message));
             if NO_EQUATION.iter().any(|table| key.starts_with(table)) {
                 return fails(
                     "a periodic motion does not depend on it: name a parameter of the system or of its drive",
@@ -148,7 +135,7 @@ impl ContinuationStudy {
         Ok(study)
     }
 
-    fn read_branch(&mut self, reader: &mut StudyReader, root: &stickslip_case::document::PlacedValue) {
+    fn read_branch(&mut self, reader: &mut StudyReader, root: &PlacedValue) {
         let Some(node) = root.at("branch") else { return };
         if reader.table(node, "branch", BRANCH_KEYS).is_none() {
             return;
@@ -231,14 +218,9 @@ impl ContinuationStudy {
         }
     }
 
-    /// Case from which branches start, if valid.
-    pub fn start(&self) -> Result<Case, CaseError> {
-        Case::read(&self.base, &self.settings)
-    }
-
     /// Start case with its parameters as written, if valid.
     pub fn written(&self) -> Result<WrittenCase, CaseError> {
-        WrittenCase::read(&self.base, &self.settings)
+        WrittenCase::read(&self.head.base, &self.head.settings)
     }
 
     /// Least and largest value of an axis, SI.
@@ -251,28 +233,20 @@ impl ContinuationStudy {
 
     /// Hash of everything that determines the study's results, including the program version: 64 hexadecimal digits.
     pub fn digest(&self) -> String {
-        let mut hash = Sha256::new();
-        hash.update(env!("CARGO_PKG_VERSION"));
-        hash.update(&self.base.text);
-        // The time limit does not count: a study can resume with another limit.
-        let settings: Vec<_> = self
-            .settings
-            .iter()
-            .filter(|setting| setting.key() != WALL_TIME)
-            .collect();
-        hash.update(format!("{settings:?} {:?}", self.axes));
-        hash.update(format!(
-            "{} {} {:?} {:?} {} {} {:?} {:?}",
-            self.steady, self.cycle, self.search, self.directions, self.points, self.step, self.follow, self.curves
-        ));
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
-    }
-}
-
-/// Placeholder for an unreadable base case. The problem has already been reported.
-fn source_without_a_case(source: &StudySource) -> CaseSource {
-    CaseSource {
-        text: String::new(),
-        origin: stickslip_case::Origin::BuiltIn(source.name.clone()),
+        let settings: Vec<_> = self.head.decisive_settings().collect();
+        hash_of(format!(
+            "{}{}{settings:?} {:?}{} {} {:?} {:?} {} {} {:?} {:?}",
+            env!("CARGO_PKG_VERSION"),
+            self.head.base.text,
+            self.axes,
+            self.steady,
+            self.cycle,
+            self.search,
+            self.directions,
+            self.points,
+            self.step,
+            self.follow,
+            self.curves
+        ))
     }
 }

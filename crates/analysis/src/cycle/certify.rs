@@ -4,10 +4,9 @@
 //! through derivatives in double precision. Each correction is smaller than the previous one by the error of these
 //! derivatives, about eight digits. This contraction proves the cycle and bounds the distance to it.
 
-use super::error::CycleError;
-use super::family::Family;
-use super::forcing::in_the_long_run;
+use super::family::{Family, first_wave, in_the_long_run, map_drives};
 use super::orbit::Orbit;
+use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -16,11 +15,12 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
-use stickslip_files::{Addition, FileColumn, schema::group};
+use stickslip_files::schema::{Variable, group};
+use stickslip_files::{Addition, DeclaredColumn, columns};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::nearest_double;
-use stickslip_system::model::system::{ContactLaw, End, ExactSystem, Initial, Pressing};
+use stickslip_system::model::system::{ContactLaw, ExactSystem, Initial};
 use stickslip_system::signal::{Drive, Frequency, Wave};
 use stickslip_system::watch::Watch;
 
@@ -35,40 +35,6 @@ const LEAST_CONTRACTION: f64 = 1e-3;
 const SAFETY: f64 = 10.0;
 
 const DIGITS_OF_PI: usize = 650;
-
-/// Reason why a cycle is not certified.
-#[derive(Debug, thiserror::Error)]
-pub enum NotCertified {
-    /// Error of the oracle.
-    #[error(transparent)]
-    Oracle(#[from] OracleError),
-    /// Error of the cycle in double precision.
-    #[error(transparent)]
-    Cycle(#[from] CycleError),
-    /// The corrections do not shrink.
-    #[error(
-        "not certified: after {corrections} corrections by the exact solver the last one is {ratio:.1e} of the one before, where the \
-         derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
-         double precision"
-    )]
-    NoContraction {
-        /// Number of corrections.
-        corrections: usize,
-        /// Ratio of the last two.
-        ratio: f64,
-    },
-    /// The oracle finds another sequence of events.
-    #[error("not certified: the exact solution has other events than the cycle ({found}, not {expected})")]
-    OtherEvents {
-        /// Events of the oracle's motion.
-        found: String,
-        /// Events of the cycle.
-        expected: String,
-    },
-    /// The matrix is singular.
-    #[error("not certified: the cycle is neutral, so that its neighbours are cycles as well")]
-    Neutral,
-}
 
 /// Number with its error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -146,33 +112,9 @@ fn shifted(drive: &Drive<BigRational>, time: &BigRational, pi: &BigRational) -> 
     }
 }
 
-fn system_from(system: &ExactSystem, time: f64, pi: &BigRational) -> ExactSystem {
-    let (mut system, time) = (in_the_long_run(system), rational(time));
-    for train in [&mut system.rotor, &mut system.stator] {
-        if let End::Driven(speed) = &mut train.end {
-            *speed = shifted(speed, &time, pi);
-        }
-        if let Some(torque) = &mut train.torque {
-            torque.signal = shifted(&torque.signal, &time, pi);
-        }
-    }
-    if let Pressing::Force(force) = &mut system.pressing {
-        *force = shifted(force, &time, pi);
-    }
-    system
-}
-
 /// Period of the first harmonic of an exact system. Only pi is rounded.
 fn exact_turn(system: &ExactSystem, pi: &BigRational) -> Option<BigRational> {
-    fn first(drive: &Drive<BigRational>) -> Option<&Wave<BigRational>> {
-        match drive {
-            Drive::Wave(wave) if !wave.amplitude.is_zero() => Some(wave),
-            Drive::Sum(terms) => terms.iter().find_map(first),
-            _ => None,
-        }
-    }
-    let wave = system.drives().into_iter().find_map(first)?;
-    Some(match &wave.frequency {
+    Some(match &first_wave(system)?.frequency {
         Frequency::Cycles(frequency) => frequency.abs().recip(),
         Frequency::Angular(omega) => pi * BigRational::from_integer(2.into()) / omega.abs(),
     })
@@ -203,10 +145,11 @@ pub fn certify(
     digits: u32,
     periods_before: u32,
     watch: &dyn Watch,
-) -> Result<CycleCertificate, NotCertified> {
+) -> Result<CycleCertificate, Error> {
     let pi = pi();
     let member = family.at(&orbit.values, false)?;
-    let system = system_from(&exact.system, orbit.time, &pi);
+    let (mut system, start) = (in_the_long_run(&exact.system), rational(orbit.time));
+    map_drives(&mut system, |drive| shifted(drive, &start, &pi));
     let forced = member.period.is_some();
     let equations = SystemEquations::new(&member.system);
     let outside = Excitation::new(&member.system).at(0, orbit.time);
@@ -233,7 +176,7 @@ pub fn certify(
         y[j] += 1.0;
         of_state(&y)[i] - own[i]
     });
-    let back = change.clone().try_inverse().ok_or(NotCertified::Neutral)?;
+    let back = change.clone().try_inverse().ok_or_else(neutral)?;
     let wanted = WantedResults {
         derivatives: Some(&[]),
         extrema: false,
@@ -241,7 +184,7 @@ pub fn certify(
     };
     let state = DVector::from_column_slice(&orbit.state);
     let start = (orbit.time, &state);
-    let shot = shoot((&member.system, member.threshold), start, orbit.period, wanted).map_err(CycleError::from)?;
+    let shot = shoot((&member.system, member.threshold), start, orbit.period, wanted)?;
     // (M - I, f; f 0) in stated components. The plane across the flow uses the components' sizes.
     let matrix = &change * &shot.by_state * &back;
     let (end_flow, flow) = (&change * &shot.end_rates, &change * &shot.start_rates);
@@ -284,18 +227,19 @@ pub fn certify(
             watch.at(corrections as f64, MOST_CORRECTIONS as f64, what)
         };
         if go_on(0.0).is_break() {
-            return Err(CycleError::Interrupted.into());
+            return Err(Error::interrupted());
         }
         let report = run((&system, &exact.threshold), &x, &period, computed, &mut go_on)?;
         let kinds: Vec<&str> = sequence(&report).map(|event| event.kind.name()).collect();
         if kinds != expected {
-            return Err(NotCertified::OtherEvents {
-                found: listed(&kinds),
-                expected: listed(&expected),
-            });
+            return Err(Error::computation(format!(
+                "not certified: the exact solution has other events than the cycle ({}, not {})",
+                listed(&kinds),
+                listed(&expected)
+            )));
         }
         let Some((_, end)) = report.samples.last() else {
-            return Err(NotCertified::Neutral);
+            return Err(neutral());
         };
         let end = stated(end);
         // Every step stays in the plane across the flow.
@@ -303,7 +247,7 @@ pub fn certify(
         for i in 0..size {
             right[i] = -nearest_double(&(&end[i] - &x[i]));
         }
-        let step = solver.solve(&right).ok_or(NotCertified::Neutral)?;
+        let step = solver.solve(&right).ok_or_else(neutral)?;
         let length = step.iter().zip(sizes.iter().chain([&orbit.period]));
         let length = length.map(|(step, size)| step.abs() / size);
         let length = length.fold(0.0, f64::max);
@@ -315,7 +259,7 @@ pub fn certify(
         if small && let Some(moved) = moved {
             let contraction = if ratio.is_nan() { 0.0 } else { ratio };
             if contraction > LEAST_CONTRACTION {
-                return Err(NotCertified::NoContraction { corrections, ratio });
+                return Err(no_contraction(corrections, ratio));
             }
             let resolved = 10f64.powi(-(computed as i32) + 2);
             let of_period = if forced { 0.0 } else { step[size].abs() * SAFETY };
@@ -364,7 +308,7 @@ pub fn certify(
             });
         }
         if corrections > 3 && ratio > LEAST_CONTRACTION.sqrt() && length > 10f64.powi(-(digits as i32)) {
-            return Err(NotCertified::NoContraction { corrections, ratio });
+            return Err(no_contraction(corrections, ratio));
         }
         before = length;
         for (x, step) in x.iter_mut().zip(step.iter()) {
@@ -379,10 +323,19 @@ pub fn certify(
         period = rounded(&period, bits);
         last = Some(report);
     }
-    Err(NotCertified::NoContraction {
-        corrections: MOST_CORRECTIONS,
-        ratio,
-    })
+    Err(no_contraction(MOST_CORRECTIONS, ratio))
+}
+
+fn no_contraction(corrections: usize, ratio: f64) -> Error {
+    Error::computation(format!(
+        "not certified: after {corrections} corrections by the exact solver the last one is {ratio:.1e} of the one before, where the \
+         derivatives promise 1e-8. The cycle is too near to another sequence of events, or too unstable, for its derivatives in \
+         double precision"
+    ))
+}
+
+fn neutral() -> Error {
+    Error::computation("not certified: the cycle is neutral, so that its neighbours are cycles as well")
 }
 
 fn listed(kinds: &[&str]) -> String {
@@ -439,53 +392,38 @@ fn run(
     oracle::run(&system, &options, control)
 }
 
+const CERTIFICATE: &[DeclaredColumn<CycleCertificate>] = &columns! { of, x:
+    Variable::quantity("period", "s", "period of the exact cycle, rounded to a double"), of.period.value, _ = (of, x);
+    Variable::quantity("period_uncertainty", "s", "how far the decimal of the period can be off"),
+        of.period.error, _ = (of, x);
+    Variable::quantity("digits_computed", "1", "decimal digits that the exact solver computed with"),
+        of.digits_computed.into(), _ = (of, x);
+    Variable::quantity("corrections", "1", "corrections by Newton's method"), of.corrections as f64, _ = (of, x);
+    Variable::quantity("contraction", "1", "the last correction over the one before"), of.contraction, _ = (of, x);
+};
+
+const EVENTS: &[DeclaredColumn<EnclosedEvent>] = &columns! { of, x:
+    Variable::quantity("exact_time", "s", "time of the event, rounded to a double"), of.time.value, _ = (of, x);
+    Variable::quantity("exact_uncertainty", "s", "how far the decimal of the time can be off"), of.time.error, _ = (of, x);
+};
+
 impl CycleCertificate {
     /// Group /cycle_certificate of a file.
     pub fn additions(&self) -> Vec<Addition> {
-        let Enclosed { value, error, decimal } = &self.period;
-        let (digits, corrections) = (f64::from(self.digits_computed), self.corrections as f64);
         let mut group = Addition::new(group::CYCLE_CERTIFICATE);
-        group.quantities([
-            ("period", *value, "s", "period of the exact cycle, rounded to a double"),
-            (
-                "period_uncertainty",
-                *error,
-                "s",
-                "how far the decimal of the period can be off",
-            ),
-            (
-                "digits_computed",
-                digits,
-                "1",
-                "decimal digits that the exact solver computed with",
-            ),
-            ("corrections", corrections, "1", "corrections by Newton's method"),
-            (
-                "contraction",
-                self.contraction,
-                "1",
-                "the last correction over the one before",
-            ),
-        ]);
-        group.attribute("period_decimal", decimal.as_str());
+        group.quantities(CERTIFICATE.iter().map(|one| ((one.variable)(), (one.get)(self))));
+        group.attribute("period_decimal", self.period.decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
-        let numbers = |name: &str, about: &str, of: fn(&Enclosed) -> f64| {
-            FileColumn::numbers(name, "s", about, self.events.iter().map(|event| of(&event.time)))
-        };
-        let (time, error) = (
-            "time of the event, rounded to a double",
-            "how far the decimal of the time can be off",
+        let columns = EVENTS.iter().map(|column| column.of(&self.events));
+        columns.for_each(|column| group.over(&["exact_event"], column));
+        let lines = |of: fn(&EnclosedEvent) -> &str| self.events.iter().map(of).collect::<Vec<_>>().join("\n");
+        group.text(
+            "kinds",
+            "kinds of the events, one in each line",
+            lines(|event| event.kind),
         );
-        group.over(&["exact_event"], numbers("exact_time", time, |event| event.value));
-        group.over(
-            &["exact_event"],
-            numbers("exact_uncertainty", error, |event| event.error),
-        );
-        let decimals: Vec<&str> = self.events.iter().map(|event| event.time.decimal.as_str()).collect();
-        let kinds: Vec<&str> = self.events.iter().map(|event| event.kind).collect();
-        let about = "kinds of the events, one in each line";
-        group.text("kinds", about, kinds.join("\n"));
-        group.text("decimals", "times of the events as decimals, s", decimals.join("\n"));
+        let about = "times of the events as decimals, s";
+        group.text("decimals", about, lines(|event| &event.time.decimal));
         vec![group]
     }
 }

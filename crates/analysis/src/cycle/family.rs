@@ -1,11 +1,14 @@
 //! A case with varied parameters: the long-run system and the derivatives of each member.
 
-use super::error::CycleError;
-use super::forcing::{NotPeriodic, common_turns, in_the_long_run, period_of};
+use crate::analysis::forcing::{self, harmonics};
+use crate::error::Error;
+use num_traits::Zero;
+use std::f64::consts::TAU;
 use stickslip_case::{Case, WrittenCase};
 use stickslip_engine::simulation::{MovedCases, MovedSystem};
 use stickslip_system::model::margin::twice_resistance;
-use stickslip_system::model::system::System;
+use stickslip_system::model::system::{End, Pressing, System};
+use stickslip_system::signal::{Drive, Frequency, Wave};
 
 /// Relative change of a parameter in central differences over one and two changes. They are of fourth order, because
 /// a frequency turns a phase of many radians.
@@ -42,10 +45,13 @@ impl Family {
     ///
     /// # Errors
     /// The system slows down to a stop, or its harmonics have no common period.
-    pub fn new(written: WrittenCase, keys: &[Vec<String>]) -> Result<Family, CycleError> {
+    pub fn new(written: WrittenCase, keys: &[Vec<String>]) -> Result<Family, Error> {
         let system = in_the_long_run(&written.case().system);
         if twice_resistance(&system).is_some() {
-            return Err(NotPeriodic::Stops.into());
+            return Err(Error::input(
+                "nothing drives this system: its only free chain slows down to a stop, and no motion repeats. A cycle needs a driven \
+                 end, a torque, or a harmonic signal",
+            ));
         }
         Ok(Family {
             turns: common_turns(&system)?,
@@ -85,13 +91,12 @@ impl Family {
     ///
     /// # Errors
     /// The values are invalid.
-    pub fn case_at(&self, values: &[f64]) -> Result<Case, CycleError> {
+    pub fn case_at(&self, values: &[f64]) -> Result<Case, Error> {
         let changes = self.changes(values);
-        let found = match changes.is_empty() {
+        match changes.is_empty() {
             true => Ok(self.case().clone()),
-            false => self.written.with_all(&changes),
-        };
-        found.map_err(|error| CycleError::NoCase(error.to_string()))
+            false => Ok(self.written.with_all(&changes)?),
+        }
     }
 
     fn system_at(&self, values: &[f64]) -> Option<(System, f64)> {
@@ -107,24 +112,25 @@ impl Family {
         period_of(system, self.turns()?)
     }
 
-    fn check_turns(&self, system: &System, keys: &[Vec<String>]) -> Result<(), CycleError> {
+    fn check_turns(&self, system: &System, keys: &[Vec<String>]) -> Result<(), Error> {
         if common_turns(system).ok() == Some(self.turns) {
             return Ok(());
         }
         let number = keys.concat().join(", ");
-        Err(NotPeriodic::OtherPeriod { number }.into())
+        Err(Error::input(format!(
+            "the harmonics that drive it have another common period, or none, as soon as {number} moves: it is the frequency of one \
+             of several, or an amplitude that is zero. Vary another parameter, or start where no amplitude is zero"
+        )))
     }
 
     /// Fails if the values are invalid or change the common period of the drives.
-    pub(crate) fn at(&self, values: &[f64], derivatives: bool) -> Result<Member, CycleError> {
+    pub(crate) fn at(&self, values: &[f64], derivatives: bool) -> Result<Member, Error> {
         let none = || {
             let changes = self.changes(values);
             let numbers = changes.iter().map(|(key, value)| format!("{key} = {value:?}"));
             let numbers = numbers.collect::<Vec<_>>().join(", ");
-            match self.case_at(values) {
-                Err(CycleError::NoCase(why)) => CycleError::NoCase(format!("no valid case has {numbers}: {why}")),
-                _ => CycleError::NoCase(format!("no valid case has {numbers}")),
-            }
+            let why = self.case_at(values).err().map(|why| format!(": {why}"));
+            Error::input(format!("no valid case has {numbers}{}", why.unwrap_or_default()))
         };
         if values.iter().any(|value| !value.is_finite()) {
             return Err(none());
@@ -173,4 +179,82 @@ impl Family {
             period_slopes,
         })
     }
+}
+
+fn settled<T: Clone>(drive: &Drive<T>) -> Drive<T> {
+    match drive {
+        Drive::Value(value) => Drive::Value(value.clone()),
+        Drive::Linear(signal) => signal.final_value().map_or_else(|| drive.clone(), Drive::Value),
+        // A harmonic that ends leaves its mean value.
+        Drive::Wave(wave) if wave.to.is_some() => Drive::Value(wave.mean.clone()),
+        Drive::Wave(wave) => Drive::Wave(Wave {
+            from: None,
+            ..wave.clone()
+        }),
+        Drive::Sum(terms) => Drive::Sum(terms.iter().map(settled).collect()),
+    }
+}
+
+/// Gives every signal that drives the chains or presses the surfaces directly its new form.
+pub(super) fn map_drives<T, L>(system: &mut System<T, L>, map: impl Fn(&Drive<T>) -> Drive<T>) {
+    for train in [&mut system.rotor, &mut system.stator] {
+        if let End::Driven(speed) = &mut train.end {
+            *speed = map(speed);
+        }
+        if let Some(torque) = &mut train.torque {
+            torque.signal = map(&torque.signal);
+        }
+    }
+    if let Pressing::Force(force) = &mut system.pressing {
+        *force = map(force);
+    }
+}
+
+/// System in the long run: final signals, no kicks, no axial motion.
+pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> System<T, L> {
+    let mut system = system.clone();
+    map_drives(&mut system, settled);
+    system.kicks.clear();
+    if let Pressing::Axial { actuation, .. } = &system.pressing
+        && let Some(force) = actuation.final_value()
+    {
+        system.pressing = Pressing::Force(Drive::Value(force));
+    }
+    system
+}
+
+/// Number of harmonics in the long run, and turns of the first one in their common period; `None` without harmonics.
+fn common_turns(system: &System) -> Result<Option<(usize, u64)>, Error> {
+    let all = harmonics(system);
+    if all.is_empty() {
+        return Ok(None);
+    }
+    let turns = forcing::common_turns(&all).ok_or_else(|| {
+        Error::input(
+            "the harmonics that drive it have no common period, so that no motion repeats; take frequencies whose ratio is that of \
+             whole numbers of at most 1000",
+        )
+    })?;
+    Ok(Some((all.len(), turns)))
+}
+
+/// Duration of `turns` turns of the first harmonic, s.
+fn period_of(system: &System, turns: u64) -> Option<f64> {
+    let turn = match first_wave(system)?.frequency {
+        // Avoids the rounding of 2 pi.
+        Frequency::Cycles(frequency) => 1.0 / frequency.abs(),
+        Frequency::Angular(omega) => TAU / omega.abs(),
+    };
+    Some(turns as f64 * turn)
+}
+
+pub(super) fn first_wave<T: Zero, L>(system: &System<T, L>) -> Option<&Wave<T>> {
+    fn of<T: Zero>(drive: &Drive<T>) -> Option<&Wave<T>> {
+        match drive {
+            Drive::Wave(wave) if !wave.amplitude.is_zero() => Some(wave),
+            Drive::Sum(terms) => terms.iter().find_map(of),
+            _ => None,
+        }
+    }
+    system.drives().into_iter().find_map(of)
 }

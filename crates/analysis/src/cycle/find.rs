@@ -1,14 +1,13 @@
 //! Search for a periodic motion: a guess from a run or from a stated state, then Newton's method.
 
-use super::equations::{Guess, Shooting, scales as sizes};
-use super::error::CycleError;
+use super::equations::{Guess, Manifold, What, collapsed, degenerate, motion, solve};
 use super::family::{Family, Member};
-use super::newton::{NoSolution, solve};
 use super::orbit::Orbit;
+use crate::error::{Error, ErrorKind};
 use nalgebra::DVector;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{
-    Method, OutputOptions, Peak, Shot, SolverOptions, WantedResults, moving_state, shoot, stated_start, weights,
+    Method, OutputOptions, Peak, Shot, SolverOptions, moving_state, stated_start, weights,
 };
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, Recorder, RecorderError, Sample};
@@ -69,7 +68,6 @@ pub struct CycleSearch {
 struct LastOrbit {
     further: Vec<f64>,
     time: f64,
-    mode: Option<Mode>,
 }
 
 impl Recorder for LastOrbit {
@@ -80,7 +78,7 @@ impl Recorder for LastOrbit {
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        (self.time, self.mode) = (sample.time, Some(sample.mode));
+        self.time = sample.time;
         Ok(())
     }
 
@@ -94,12 +92,7 @@ impl Recorder for LastOrbit {
 }
 
 /// Finds a periodic motion of a family at these values of its parameters. An error describes the failed attempts.
-pub fn find(
-    family: &Family,
-    values: &[f64],
-    search: &CycleSearch,
-    stop: &dyn Fn() -> bool,
-) -> Result<Orbit, CycleError> {
+pub fn find(family: &Family, values: &[f64], search: &CycleSearch, stop: &dyn Fn() -> bool) -> Result<Orbit, Error> {
     let member = family.at(values, false)?;
     let (mut time, mut state) = starting_point(family, values, search, stop)?;
     let horizon = family.case().output.end_time;
@@ -120,20 +113,20 @@ pub fn find(
         })();
         match attempt {
             // A transient may decay after the end of the run.
-            Err(
-                CycleError::Diverged { .. }
-                | CycleError::Sticks { .. }
-                | CycleError::NoReturn { .. }
-                | CycleError::Collapsed { .. },
-            ) if further > 0 => {
+            Err(error) if further > 0 && matches!(error.kind, ErrorKind::Diverged(_) | ErrorKind::NoCycle) => {
                 further -= 1;
                 state = motion(&member, (time, &state), horizon, false, stop)?.end;
                 time += horizon;
             }
-            Err(CycleError::Diverged { .. })
-                if search.from == From::End && decays(&member, (time, &state), horizon, stop)? =>
+            Err(error)
+                if matches!(error.kind, ErrorKind::Diverged(_))
+                    && search.from == From::End
+                    && decays(&member, (time, &state), horizon, stop)? =>
             {
-                return Err(CycleError::Decays { from: time });
+                return Err(Error::computation(format!(
+                    "the motion decays to steady sliding: after t = {time:.6} s the relative velocity varies by less and less. No cycle \
+                     attracts it; for an unstable one start from a state beside that (--from initial, with [initial] there)"
+                )));
             }
             other => return other,
         }
@@ -146,7 +139,7 @@ fn decays(
     (time, state): (f64, &DVector<f64>),
     horizon: f64,
     stop: &dyn Fn() -> bool,
-) -> Result<bool, CycleError> {
+) -> Result<bool, Error> {
     let half = horizon / 2.0;
     let swing = |shot: &Shot| shot.relative_velocity.1 - shot.relative_velocity.0;
     let first = motion(member, (time, state), half, true, stop)?;
@@ -161,7 +154,7 @@ fn starting_point(
     values: &[f64],
     search: &CycleSearch,
     stop: &dyn Fn() -> bool,
-) -> Result<(f64, DVector<f64>), CycleError> {
+) -> Result<(f64, DVector<f64>), Error> {
     let case = family.case_at(values)?;
     if search.from == From::Initial {
         return Ok((0.0, stated_start(&family.at(values, false)?.system)));
@@ -177,27 +170,12 @@ fn starting_point(
     let mut last = LastOrbit::default();
     let run = Run::of_system(&case.system, case.threshold, &solver, &output);
     let report = run.record(&mut last).stop(stop).start();
-    let report = report.map_err(|failure| CycleError::Run(failure.to_string()))?;
+    let report =
+        report.map_err(|failure| Error::computation(format!("the motion could not be followed: {failure}")))?;
     if report.interrupted {
-        return Err(CycleError::Interrupted);
+        return Err(Error::interrupted());
     }
     Ok((last.time, moving_state(&case.system, &last.further)))
-}
-
-/// Motion without derivatives. `extrema` adds peaks and margins.
-pub(crate) fn motion(
-    member: &Member,
-    from: (f64, &DVector<f64>),
-    time: f64,
-    extrema: bool,
-    stop: &dyn Fn() -> bool,
-) -> Result<Shot, CycleError> {
-    let wanted = WantedResults {
-        derivatives: None,
-        extrema,
-        stop,
-    };
-    Ok(shoot((&member.system, member.threshold), from, time, wanted)?)
 }
 
 pub(crate) fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {
@@ -219,7 +197,7 @@ fn stroboscopic(
     period: f64,
     search: &CycleSearch,
     stop: &dyn Fn() -> bool,
-) -> Result<(Guess, u32), CycleError> {
+) -> Result<(Guess, u32), Error> {
     let guess = |multiple: u32| Guess {
         time,
         state: state.clone(),
@@ -264,30 +242,30 @@ fn autonomous(
     horizon: f64,
     search: &CycleSearch,
     stop: &dyn Fn() -> bool,
-) -> Result<(Guess, u32), CycleError> {
-    let mut found = None;
-    for part in PARTS {
-        let shot = motion(member, (time, &state), part * horizon, true, stop)?;
-        let enough = turns(&shot).count() > 2;
-        let long = search.period.is_none_or(|period| part * horizon > 2.0 * period);
-        found = Some((part * horizon, shot));
-        if enough && long {
-            break;
+) -> Result<(Guess, u32), Error> {
+    let look = |span: f64| motion(member, (time, &state), span, true, stop);
+    let is_enough =
+        |span: f64, shot: &Shot| turns(shot).count() > 2 && search.period.is_none_or(|period| span > 2.0 * period);
+    let (mut span, mut shot) = (horizon * PARTS[0], look(horizon * PARTS[0])?);
+    for part in &PARTS[1..] {
+        if !is_enough(span, &shot) {
+            (span, shot) = (horizon * part, look(horizon * part)?);
         }
     }
-    let Some((span, shot)) = found else {
-        return Err(CycleError::Interrupted);
-    };
     let peaks: Vec<&Peak> = turns(&shot).collect();
     if peaks.len() < 2 {
         let sticks = shot.phases.iter().all(|phase| phase.mode == Mode::Stick);
         return Err(match sticks {
-            true => CycleError::Sticks { from: time, time: span },
-            false => CycleError::NoReturn {
-                from: time,
-                time: span,
-                found: peaks.len(),
-            },
+            true => sticking(time, span),
+            false => Error::new(
+                ErrorKind::NoCycle,
+                format!(
+                    "the section was never crossed: the relative velocity has {found} maxima within {span:.6} s after t = {time:.6} s, \
+                     and two are needed. The motion has come to rest or to steady sliding; start from a state beside it (--from \
+                     initial, with [initial] at the cycle), or let it run longer (output.end_time)",
+                    found = peaks.len()
+                ),
+            ),
         });
     }
     // The motion is nearest to an unstable cycle at first, and nearest to a stable cycle at last.
@@ -322,7 +300,7 @@ fn autonomous(
 }
 
 /// Moves the guess to the middle of its longest slip, away from all events.
-pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Guess, CycleError> {
+pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Guess, Error> {
     let shift = to_slip(member, guess, stop)?;
     let state = motion(member, (guess.time, &guess.state), shift, false, stop)?.end;
     Ok(Guess {
@@ -333,7 +311,7 @@ pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -
 }
 
 /// Time from the start of a motion to the middle of its longest slip, s. A slip across the period's ends is joined.
-pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, CycleError> {
+pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, Error> {
     let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
     let mut slips: Vec<(f64, f64)> = shot
         .phases
@@ -352,11 +330,16 @@ pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -
     let longest = slips.into_iter().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)));
     match longest {
         Some((from, to)) => Ok((0.5 * (from + to) - guess.time).rem_euclid(guess.period)),
-        None => Err(CycleError::Sticks {
-            from: guess.time,
-            time: guess.period,
-        }),
+        None => Err(sticking(guess.time, guess.period)),
     }
+}
+
+fn sticking(from: f64, time: f64) -> Error {
+    let message = format!(
+        "the contact sticks from {from:.6} s on, over {time:.6} s: the motion has no slip, and no cycle to look for. Start from a \
+         state that slips ([initial] and --from initial), or drive it harder"
+    );
+    Error::new(ErrorKind::NoCycle, message)
 }
 
 /// Phase of the drives after a time shift, s.
@@ -375,7 +358,7 @@ pub fn refine(
     multiple: u32,
     (time, state, period): (f64, &[f64], f64),
     stop: &dyn Fn() -> bool,
-) -> Result<Orbit, CycleError> {
+) -> Result<Orbit, Error> {
     let guess = Guess {
         time,
         state: DVector::from_column_slice(state),
@@ -385,44 +368,35 @@ pub fn refine(
     closed(family, multiple, &guess, stop)
 }
 
-pub(crate) fn closed(
-    family: &Family,
-    multiple: u32,
-    guess: &Guess,
-    stop: &dyn Fn() -> bool,
-) -> Result<Orbit, CycleError> {
-    let member = family.at(&guess.values, false)?;
-    let shot = motion(&member, (guess.time, &guess.state), guess.period, false, stop)?;
-    let scales: Vec<f64> = guess
-        .values
-        .iter()
-        .map(|value| if *value == 0.0 { 1.0 } else { value.abs() })
-        .collect();
-    let sizes = sizes(&shot.sizes, &weights(&member.system));
-    let mut shooting = Shooting::new(family, multiple, guess, (&sizes, &shot.start_rates), &scales, stop);
-    let start = shooting.unknowns(guess);
-    let held = shooting.held();
-    let solution = solve(&mut shooting, &start, &held).map_err(|none| match none {
-        NoSolution::Diverged { residual, .. } if residual <= ROUNDING => {
-            CycleError::Degenerate { period: guess.period }
-        }
-        other => other.into_error(guess.period),
+pub(crate) fn closed(family: &Family, multiple: u32, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Orbit, Error> {
+    let scale = |value: &f64| if *value == 0.0 { 1.0 } else { value.abs() };
+    let manifold = Manifold {
+        family,
+        what: What::Cycles(multiple),
+        widths: &guess.values.iter().map(scale).collect::<Vec<f64>>(),
+        stop,
+    };
+    let mut local = manifold.local(guess)?;
+    let (start, held) = (local.unknowns(guess), local.held());
+    let solution = solve(&mut local, &start, &held, guess.period).map_err(|error| match error.kind {
+        ErrorKind::Diverged(residual) if residual <= ROUNDING => degenerate(guess.period),
+        _ => error,
     })?;
-    let found = shooting.guess(&solution.x)?;
+    let found = local.guess(&solution.x)?;
     let mut orbit = Orbit::describe(family, &found, (solution.error, solution.iterations), stop)?;
     orbit.multiple = (!family.is_autonomous()).then_some(multiple);
     let (least, largest) = orbit.relative_velocity;
-    let weights = weights(&member.system);
-    let size = shot.sizes.iter().zip(&weights).map(|(size, weight)| size * weight);
+    let weights = weights(&family.at(&guess.values, false)?.system);
+    let size = local.sizes.iter().zip(&weights).map(|(size, weight)| size * weight);
     let size = size.fold(0.0, f64::max);
     let steady = family.is_autonomous() && largest - least <= STEADY * least.abs().max(largest.abs());
     if steady || largest - least <= AT_REST * size {
-        return Err(CycleError::Collapsed { period: guess.period });
+        return Err(collapsed(guess.period));
     }
     Ok(orbit)
 }
 
-fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> bool) -> Result<Orbit, CycleError> {
+fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> bool) -> Result<Orbit, Error> {
     let member = family.at(&orbit.values, false)?;
     let most = match orbit.multiple {
         Some(multiple) => multiple as usize,

@@ -1,8 +1,8 @@
 //! Periodic motion and its description.
 
 use super::equations::Guess;
-use super::error::CycleError;
 use super::family::{Family, Member};
+use crate::error::Error;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 use stickslip_engine::simulation::{Border, Margin, Shot, ShotPhase, WantedResults, shoot};
@@ -39,16 +39,12 @@ pub struct Multiplier {
 }
 
 impl MultiplierKind {
-    /// All kinds, in the order of their codes in files.
-    pub const ALL: [MultiplierKind; 3] = [MultiplierKind::Free, MultiplierKind::Along, MultiplierKind::Stick];
+    /// Names in files, in the order of the codes.
+    pub const NAMES: [&str; 3] = ["free", "along", "stick"];
 
     /// Name in files.
     pub fn name(self) -> &'static str {
-        match self {
-            MultiplierKind::Free => "free",
-            MultiplierKind::Along => "along",
-            MultiplierKind::Stick => "stick",
-        }
+        MultiplierKind::NAMES[self as usize]
     }
 }
 
@@ -81,13 +77,12 @@ pub enum CycleStability {
 }
 
 impl CycleStability {
+    /// Names in a word, in the order of the codes.
+    pub const NAMES: [&str; 3] = ["stable", "unstable", "neutral"];
+
     /// Name in a word.
     pub fn name(self) -> &'static str {
-        match self {
-            CycleStability::Stable => "stable",
-            CycleStability::Unstable => "unstable",
-            CycleStability::Neutral => "neutral",
-        }
+        CycleStability::NAMES[self as usize]
     }
 }
 
@@ -114,7 +109,7 @@ pub struct OrbitEvent {
 }
 
 /// Periodic motion.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Orbit {
     /// Period, s.
     pub period: f64,
@@ -195,7 +190,7 @@ impl Orbit {
         guess: &Guess,
         (error, iterations): (f64, usize),
         stop: &dyn Fn() -> bool,
-    ) -> Result<Orbit, CycleError> {
+    ) -> Result<Orbit, Error> {
         let member: Member = family.at(&guess.values, false)?;
         let wanted = WantedResults {
             derivatives: Some(&[]),

@@ -1,16 +1,16 @@
 //! Cycle as a case, whose run over one period is an ordinary result, and the cycle's group in the file.
 
-use super::equations::Guess;
-use super::error::CycleError;
+use super::equations::{Guess, motion};
 use super::family::Family;
-use super::find::motion;
 use super::find::{closed, in_slip, to_slip};
-use super::orbit::{MultiplierKind, Orbit};
+use super::orbit::{Multiplier, MultiplierKind, Orbit};
+use crate::error::Error;
 use nalgebra::DVector;
 use stickslip_case::quantity::Dimension;
-use stickslip_case::{Case, CaseError, CaseSource, Override, WrittenCase};
+use stickslip_case::{Case, CaseError, CaseSource, Motion, Override, WrittenCase};
 use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
-use stickslip_files::{Addition, FileColumn, Reason, ResultError, ResultFile, schema::group};
+use stickslip_files::schema::{Variable, group};
+use stickslip_files::{Addition, DeclaredColumn, Reason, ResultFile, columns};
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
 
@@ -19,7 +19,7 @@ const SAMPLES: f64 = 1000.0;
 impl Orbit {
     /// Case of one period of the motion. It starts at phase zero of the case's drives; for an autonomous motion, in
     /// the middle of the longest slip. Signals keep their final values, and there are no kicks.
-    pub fn case(&self, family: &Family) -> Result<Case, CycleError> {
+    pub fn case(&self, family: &Family) -> Result<Case, Error> {
         let member = family.at(&self.values, false)?;
         let mut state = DVector::from_column_slice(&self.state);
         if let Some(period) = member.period
@@ -96,91 +96,67 @@ impl Orbit {
 
     /// Group /cycle in the file of a period.
     pub fn additions(&self, family: &Family, source: &str, overrides: &[String]) -> Vec<Addition> {
-        let unit = |of_rotation| family.case().motion().dimension(of_rotation).unit();
-        let (angle, speed) = (unit(Dimension::Angle), unit(Dimension::AngularVelocity));
-        let (multiple, nearest) = (self.multiple.map_or(f64::NAN, f64::from), self.nearest);
-        let shortest = self.shortest_stick.unwrap_or(f64::NAN);
-        let distance = nearest.map_or(f64::NAN, |nearest| nearest.distance);
-        let (low, high) = self.position;
-        let (slow, fast) = self.relative_velocity;
-        let numbers = [
-            ("period", self.period, "s", "period of the motion"),
-            (
-                "error",
-                self.error,
-                "1",
-                "last step of Newton's method, over the size of each component",
-            ),
-            (
-                "multiple",
-                multiple,
-                "1",
-                "periods of the drives in it; NaN of an autonomous motion",
-            ),
-            ("amplitude", self.amplitude, angle, "half of what the position sweeps"),
-            ("least_position", low, angle, "least position"),
-            ("largest_position", high, angle, "largest position"),
-            ("least_relative_velocity", slow, speed, "least omega_r"),
-            ("largest_relative_velocity", fast, speed, "largest omega_r"),
-            ("sticks", self.sticks as f64, "1", "sticks in a period"),
-            (
-                "shortest_stick",
-                shortest,
-                "s",
-                "duration of the shortest stick; NaN: none",
-            ),
-            (
-                "margin",
-                distance,
-                "1",
-                "relative distance of the nearest other sequence of events; NaN: none is near",
-            ),
-        ];
+        let motion = family.case().motion();
         let mut cycle = Addition::new(group::CYCLE);
-        cycle.quantities(numbers);
-        cycle.attribute("border", nearest.map_or("none", |nearest| nearest.border.name()));
+        let declared = ORBIT.iter();
+        cycle.quantities(declared.map(|one| (in_units((one.variable)(), motion), (one.get)(self))));
+        cycle.attribute("border", self.nearest.map_or("none", |nearest| nearest.border.name()));
         cycle.attribute("stability", self.stability.name());
         cycle.attribute("sequence", self.sequence().as_str());
-        cycle.dimension(
-            "multiplier",
-            self.multipliers.len(),
-            "number of the multiplier, the largest first",
-        );
-        let over = |name: &str, long_name: &str, of: fn(&super::Multiplier) -> f64| {
-            FileColumn::numbers(name, "1", long_name, self.multipliers.iter().map(of))
-        };
-        let dimension = &["multiplier"];
-        cycle.over(
-            dimension,
-            over("multiplier_real", "real part of the multiplier", |one| one.real),
-        );
-        let imaginary = "imaginary part of the multiplier";
-        cycle.over(dimension, over("multiplier_imaginary", imaginary, |one| one.imaginary));
-        let words = MultiplierKind::ALL
-            .iter()
-            .map(|kind| (*kind as i64, kind.name().to_owned()));
-        let codes = self.multipliers.iter().map(|one| one.kind as i8);
-        let about = "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick";
-        cycle.over(
-            dimension,
-            FileColumn::codes("multiplier_kind", about, codes, words.collect()),
-        );
-        cycle.text(
-            "source",
-            "the case whose motion this is, as it was given (TOML)",
-            source.to_owned(),
-        );
-        let set = overrides.join("\n");
-        cycle.text("overrides", "overrides of the case, KEY=VALUE in each line", set);
+        let about = "number of the multiplier, the largest first";
+        cycle.dimension("multiplier", self.multipliers.len(), about);
+        let columns = MULTIPLIERS.iter().map(|column| column.of(&self.multipliers));
+        columns.for_each(|column| cycle.over(&["multiplier"], column));
+        let about = "the case whose motion this is, as it was given (TOML)";
+        cycle.text("source", about, source.to_owned());
+        let about = "overrides of the case, KEY=VALUE in each line";
+        cycle.text("overrides", about, overrides.join("\n"));
         vec![cycle]
     }
 }
 
+/// A variable of a rotation in the units of another motion.
+pub(crate) fn in_units(mut variable: Variable, motion: Motion) -> Variable {
+    let of_rotation = [Dimension::Angle, Dimension::AngularVelocity];
+    if let Some(dimension) = of_rotation.into_iter().find(|one| one.unit() == variable.units) {
+        variable.units = motion.dimension(dimension).unit().to_owned();
+    }
+    variable
+}
+
+/// Attributes of /cycle with the units of a rotation.
+const ORBIT: &[DeclaredColumn<Orbit>] = &columns! { orbit, x:
+    Variable::quantity("period", "s", "period of the motion"), orbit.period, _ = (orbit, x);
+    Variable::quantity("error", "1", "last step of Newton's method, over the size of each component"),
+        orbit.error, _ = (orbit, x);
+    Variable::quantity("multiple", "1", "periods of the drives in it; NaN of an autonomous motion"),
+        orbit.multiple.map_or(f64::NAN, f64::from), _ = (orbit, x);
+    Variable::quantity("amplitude", "rad", "half of what the position sweeps"), orbit.amplitude, _ = (orbit, x);
+    Variable::quantity("least_position", "rad", "least position"), orbit.position.0, _ = (orbit, x);
+    Variable::quantity("largest_position", "rad", "largest position"), orbit.position.1, _ = (orbit, x);
+    Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), orbit.relative_velocity.0, _ = (orbit, x);
+    Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), orbit.relative_velocity.1, _ = (orbit, x);
+    Variable::quantity("sticks", "1", "sticks in a period"), orbit.sticks as f64, _ = (orbit, x);
+    Variable::quantity("shortest_stick", "s", "duration of the shortest stick; NaN: none"),
+        orbit.shortest_stick.unwrap_or(f64::NAN), _ = (orbit, x);
+    Variable::quantity("margin", "1", "relative distance of the nearest other sequence of events; NaN: none is near"),
+        orbit.nearest.map_or(f64::NAN, |nearest| nearest.distance), _ = (orbit, x);
+};
+
+const MULTIPLIERS: &[DeclaredColumn<Multiplier>] = &columns! { one, x:
+    Variable::quantity("multiplier_real", "1", "real part of the multiplier"), one.real, _ = (one, x);
+    Variable::quantity("multiplier_imaginary", "1", "imaginary part of the multiplier"), one.imaginary, _ = (one, x);
+    Variable::words(
+        "multiplier_kind", "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick",
+        (0..).zip(MultiplierKind::NAMES.map(str::to_owned)).collect()),
+        f64::from(one.kind as i8), _ = (one, x);
+};
+
 /// Finds the cycle of a file again, and returns family, orbit, and original case.
-pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), CycleFileError> {
+pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), Error> {
     let text = |name: &str| {
         let found = file.text_variable(group::CYCLE, name)?;
-        found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))
+        Ok::<_, Error>(found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))?)
     };
     let source = CaseSource {
         text: text("source")?,
@@ -234,16 +210,4 @@ pub struct CycleOrigin {
     pub changes: Vec<Override>,
     /// Drive periods from the start of the file to the orbit's time origin.
     pub periods_before: u32,
-}
-
-/// Error of reading a cycle.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "each variant is described by its message")]
-pub enum CycleFileError {
-    #[error(transparent)]
-    File(#[from] ResultError),
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    #[error(transparent)]
-    Cycle(#[from] CycleError),
 }

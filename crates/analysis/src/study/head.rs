@@ -2,33 +2,46 @@
 
 use super::StudySource;
 use super::reading::{StudyReader, dotted, join};
+use crate::provenance;
+use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use stickslip_case::document::{CaseValue, PlacedValue, TextPlace};
-use stickslip_case::{Case, CaseError, CaseKeys, CaseProblem, CaseSource, Override};
-use stickslip_files::{is_hdf5, open_sound};
+use stickslip_case::{Case, CaseError, CaseKeys, CaseProblem, CaseSource, Override, Words};
+use stickslip_files::{StudyHeader, is_hdf5, open_sound};
 
-pub(crate) struct Head {
+/// Common part of all studies: title, base case, settings.
+#[derive(Debug, Clone)]
+pub struct StudyHead {
     /// Title, by default the name of the study.
     pub title: String,
-    /// Text of the base case; `None` if unreadable. The problem has then been reported.
-    pub base: Option<CaseSource>,
+    /// Source text.
+    pub source: StudySource,
+    /// Text of the base case.
+    pub base: CaseSource,
+    /// Names of the parts of its system.
+    pub words: Words,
+    /// Settings of the study in the base case.
     pub settings: Vec<Override>,
-    pub keys: CaseKeys,
+    /// Input files, which must not be overwritten.
     pub files: Vec<PathBuf>,
 }
 
-impl Head {
-    /// Reads `title`, `case` and `set`. Settings apply in this order: `before`, the study's own, `overrides`.
-    pub fn read(
+/// Key of the time limit, which does not affect results.
+const WALL_TIME: &str = "solver.max_wall_time";
+
+impl StudyHead {
+    /// Reads `title`, `case` and `set`, and returns the keys of the base case. Settings apply in this order: `before`,
+    /// the study's own, `overrides`. Without a readable base case, which is reported, it is [`Self::is_readable`] no more.
+    pub(crate) fn read(
         reader: &mut StudyReader,
         root: &PlacedValue,
-        source: &StudySource,
+        source: StudySource,
         before: Vec<Override>,
         overrides: &[Override],
-    ) -> Head {
+    ) -> (StudyHead, CaseKeys) {
         let title = root.at("title").and_then(|node| reader.text(node, "title"));
         let mut files: Vec<PathBuf> = source.path.iter().cloned().collect();
-        let base = read_base(reader, root, source, &mut files);
+        let base = read_base(reader, root, &source, &mut files);
         // Without a base case, the keys of the short form are known.
         let keys_with = |settings: &[Override]| {
             base.as_ref()
@@ -39,19 +52,52 @@ impl Head {
             read_settings(reader, &keys_with(&[]), set, "", &mut settings);
         }
         settings.extend(overrides.iter().cloned());
-        Head {
+        let keys = keys_with(&settings);
+        let head = StudyHead {
             title: title.unwrap_or_else(|| source.name.clone()),
-            keys: keys_with(&settings),
-            base,
+            words: keys.words,
+            base: base.unwrap_or_else(|| CaseSource::text(UNREADABLE)),
             settings,
             files,
-        }
+            source,
+        };
+        (head, keys)
     }
 
-    pub fn case_with(&self, point: impl Iterator<Item = Override>) -> Option<Case> {
-        let overrides: Vec<Override> = self.settings.iter().cloned().chain(point).collect();
-        Case::read(self.base.as_ref()?, &overrides).ok()
+    pub(crate) fn is_readable(&self) -> bool {
+        self.base.text != UNREADABLE
     }
+
+    /// Base case with the study's settings and those of a point.
+    pub(crate) fn case_with(&self, point: impl IntoIterator<Item = Override>) -> Result<Case, CaseError> {
+        let overrides: Vec<Override> = self.settings.iter().cloned().chain(point).collect();
+        Case::read(&self.base, &overrides)
+    }
+
+    /// Settings without the time limit: a study can resume with another limit.
+    pub(crate) fn decisive_settings(&self) -> impl Iterator<Item = &Override> {
+        self.settings.iter().filter(|setting| setting.key() != WALL_TIME)
+    }
+
+    /// Head of the study's file.
+    pub(crate) fn of_file(&self, history: String) -> StudyHeader {
+        StudyHeader {
+            title: self.title.clone(),
+            source: provenance::source(),
+            history,
+            study: self.source.text.clone(),
+            ..StudyHeader::default()
+        }
+    }
+}
+
+/// Stands for the text of an unreadable base case.
+const UNREADABLE: &str = "\0";
+
+/// SHA-256 in hexadecimal digits.
+pub(crate) fn hash_of(parts: impl AsRef<[u8]>) -> String {
+    let hash = Sha256::digest(parts);
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn read_base(

@@ -12,7 +12,8 @@ mod reading;
 mod run;
 mod source;
 
-pub(crate) use head::{Head, PROBES, check_points, written};
+pub use head::StudyHead;
+pub(crate) use head::{PROBES, check_points, hash_of, written};
 pub(crate) use reading::{StudyReader, plain};
 pub use run::StudyRun;
 pub use source::StudySource;

@@ -1,6 +1,7 @@
 //! Builder of a study's run into a file.
 
-use crate::sweep::{Executor, Existing, Journal, JournalError, Shard, journal_path};
+use crate::error::Error;
+use crate::sweep::{Executor, Existing, Journal, Shard, journal_path};
 use std::path::Path;
 use stickslip_engine::workers::processors;
 use stickslip_files::Overwrite;
@@ -55,7 +56,13 @@ impl<'a, S> StudyRun<'a, S> {
         self
     }
 
-    pub(crate) fn journal(&self, digest: &str) -> Result<Journal, JournalError> {
+    /// Sets the number of threads.
+    pub fn workers(mut self, workers: usize) -> Self {
+        self.workers = workers;
+        self
+    }
+
+    pub(crate) fn journal(&self, digest: &str) -> Result<Journal, Error> {
         let existing = match (self.resume, self.overwrite) {
             (true, _) => Existing::Resume,
             (false, Overwrite::Force) => Existing::Discard,

@@ -1,9 +1,9 @@
 //! Axes of a study: keys that change together, and their values.
 
-use crate::study::{Head, StudyReader};
+use crate::study::{StudyHead, StudyReader};
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::{Case, CaseKeys, Override, Setting, Slot};
-use stickslip_files::SweepAxis;
+use stickslip_files::{FileColumn, SweepAxis};
 
 /// Spacing of a range's values, and scale of a boundary search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,8 +93,12 @@ impl ParameterAxis {
         SweepAxis::new(&self.name, keys, unit, self.description, words, values)
     }
 
-    pub(crate) fn overrides(&self, value: &Setting) -> impl Iterator<Item = Override> {
-        self.keys.iter().map(|key| Override::setting(key, value))
+    pub(crate) fn column(&self, values: impl IntoIterator<Item = f64>) -> FileColumn {
+        FileColumn::numbers(&self.name, self.unit.unwrap_or("1"), self.description, values)
+    }
+
+    pub(crate) fn overrides(&self, value: &Setting) -> Vec<Override> {
+        self.keys.iter().map(|key| Override::setting(key, value)).collect()
     }
 
     /// Whether the values are numbers, so that the cases differ only in numbers.
@@ -104,10 +108,10 @@ impl ParameterAxis {
 }
 
 /// Case at the first or the last values of all axes; `None` if neither is valid, or if words may change the system.
-pub(crate) fn case_along(axes: &[ParameterAxis], head: &Head) -> Option<Case> {
+pub(crate) fn case_along(axes: &[ParameterAxis], head: &StudyHead) -> Option<Case> {
     let at = |share: f64| {
-        let settings = axes.iter().map(|axis| (axis, axis.at(share)));
-        head.case_with(settings.flat_map(|(axis, value)| axis.overrides(&value).collect::<Vec<_>>()))
+        head.case_with(axes.iter().flat_map(|axis| axis.overrides(&axis.at(share))))
+            .ok()
     };
     let is_one_system = axes.iter().all(ParameterAxis::is_number);
     [0.0, 1.0].into_iter().filter(|_| is_one_system).find_map(at)

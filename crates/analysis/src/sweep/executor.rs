@@ -4,15 +4,14 @@
 //! outcomes come back as records of the journal, which stays in this process.
 
 use super::axis::ParameterAxis;
-use super::error::{SweepEnd, SweepError};
-use super::journal::JournalError;
-use super::outcome::PointOutcome;
-use super::record::{encode, outcomes_of};
+use super::journal::{PointOutcome, outcomes_of};
 use super::runner::{run_point, without_a_file};
 use super::study::{Design, Keep, Study, StudyPoint};
+use crate::error::{Error, ErrorKind};
 use crate::provenance;
-use crate::study::StudySource;
+use crate::study::{StudyHead, StudySource};
 use serde::{Deserialize, Serialize};
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use stickslip_case::{CaseError, CaseSource, Origin, Override, Words};
@@ -48,8 +47,8 @@ pub(super) fn run_elsewhere(
     points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     watch: &dyn Watch,
-    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
-) -> Result<(), SweepEnd> {
+    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
+) -> Result<(), Error> {
     let ended = run_tasks(study, points, executor, watch, deliver);
     if ended.is_err() {
         executor.cancel();
@@ -62,9 +61,8 @@ fn run_tasks(
     mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     watch: &dyn Watch,
-    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), JournalError>,
-) -> Result<(), SweepEnd> {
-    let failed = |message: String| SweepEnd::Error(SweepError::Executor(message));
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
+) -> Result<(), Error> {
     let study = text(&Portable::from(study))?;
     let started = Instant::now();
     let (mut tasks, mut done, mut seconds) = (0, 0, 0.0);
@@ -90,7 +88,7 @@ fn run_tasks(
             tasks += 1;
         }
         if watch.stopped() {
-            return Err(SweepEnd::Interrupted);
+            return Err(Error::interrupted());
         }
         if tasks == 0 && failure.is_none() {
             return Ok(());
@@ -139,9 +137,9 @@ pub fn evaluate(study: &str, points: &str, watch: &dyn Watch) -> Result<Option<V
     let started = Instant::now();
     let mut records = Vec::new();
     for point in &points {
-        let outcome = run_point(&study, point, &without_a_file, watch)?;
+        let outcome = run_point(&study, point, &without_a_file, watch).map_err(|error| error.to_string())?;
         let Some(outcome) = outcome else { return Ok(None) };
-        encode(&outcome, &mut records);
+        outcome.encode(&mut records);
     }
     let seconds = started.elapsed().as_secs_f64().to_le_bytes();
     Ok(Some([&seconds, &records[..]].concat()))
@@ -175,9 +173,9 @@ impl From<&Study> for Portable {
     fn from(study: &Study) -> Self {
         Portable {
             build: build(),
-            case: study.base.text.clone(),
-            of_a_result: matches!(study.base.origin, Origin::Result(_)),
-            settings: study.settings.iter().map(|setting| setting.argument()).collect(),
+            case: study.head.base.text.clone(),
+            of_a_result: matches!(study.head.base.origin, Origin::Result(_)),
+            settings: study.head.settings.iter().map(|setting| setting.argument()).collect(),
             axes: study.axes.iter().map(|axis| axis.keys.clone()).collect(),
             keep_events: study.keep.events,
             gives_tolerance: study.gives_tolerance,
@@ -204,11 +202,14 @@ impl TryFrom<Portable> for Study {
             levels: Vec::new(),
         };
         Ok(Study {
-            title: String::new(),
-            source: StudySource::text("", ""),
-            words: Words::of(&base, &settings),
-            base,
-            settings,
+            head: StudyHead {
+                title: String::new(),
+                source: StudySource::text("", ""),
+                words: Words::of(&base, &settings),
+                base,
+                settings,
+                files: Vec::new(),
+            },
             axes: task.axes.into_iter().map(axis).collect(),
             design: Design::Rows(Vec::new()),
             keep: Keep {
@@ -216,13 +217,16 @@ impl TryFrom<Portable> for Study {
                 trajectory: false,
             },
             show: Vec::new(),
-            files: Vec::new(),
             gives_tolerance: task.gives_tolerance,
         })
     }
 }
 
 /// JSON text, which keeps every double exactly.
-fn text(value: &impl Serialize) -> Result<String, SweepEnd> {
-    serde_json::to_string(value).map_err(|error| SweepEnd::Error(SweepError::Executor(error.to_string())))
+fn text(value: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(failed)
+}
+
+fn failed(message: impl Display) -> Error {
+    Error::new(ErrorKind::Executor, format!("the executor failed: {message}"))
 }

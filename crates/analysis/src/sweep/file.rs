@@ -2,12 +2,11 @@
 
 use super::QUANTITIES;
 use super::curves::Boundaries;
-use super::error::SweepError;
-use super::journal::Journal;
-use super::outcome::{EventRow, NO_COUNT, is_open};
-use super::report::{NAMED_FAILURES, SweepReport};
-use super::running::RunningPoints;
+use super::journal::{EventRow, Journal, NO_COUNT, is_open};
+use super::run::{NAMED_FAILURES, SweepReport};
+use super::runner::RunningPoints;
 use super::study::Study;
+use crate::error::Error;
 use crate::provenance;
 use std::path::Path;
 use stickslip_case::{Motion, Setting};
@@ -22,15 +21,13 @@ use stickslip_files::{
 const MOST_MISSING: u64 = 65_536;
 
 pub(crate) fn header(study: &Study, command: &str, digest: String, meta: Vec<(String, AttributeValue)>) -> StudyHeader {
+    let head = &study.head;
     StudyHeader {
-        title: study.title.clone(),
-        source: provenance::source(),
-        references: Some(study.words.references().to_owned()),
+        references: Some(head.words.references().to_owned()),
         digest,
-        history: format!("stickslip {command} {}", study.source.name),
-        study: study.source.text.clone(),
-        inputs: vec![StudyHeader::case_of_sweep(study.base.text.clone())],
+        inputs: vec![StudyHeader::case_of_sweep(head.base.text.clone())],
         meta,
+        ..head.of_file(format!("stickslip {command} {}", head.source.name))
     }
 }
 
@@ -40,7 +37,7 @@ fn meta(study: &Study) -> Vec<(String, AttributeValue)> {
         meta.push(("default_rtol".to_owned(), AttributeValue::Number(tolerance)));
     }
     meta.extend(provenance::point_command(study.point_command()));
-    let motion = study.words.motion_attribute();
+    let motion = study.head.words.motion_attribute();
     meta.extend(motion.map(|motion| (META_MOTION.to_owned(), AttributeValue::Text(motion.to_owned()))));
     if !study.show.is_empty() {
         meta.push((META_SHOW.to_owned(), AttributeValue::Text(study.show.join(" "))));
@@ -56,7 +53,7 @@ pub(super) fn write(
     part: Option<&ShardPlan>,
     boundaries: Option<Boundaries>,
     interrupted: bool,
-) -> Result<SweepReport, SweepError> {
+) -> Result<SweepReport, Error> {
     let count = points.count();
     let words: Vec<Vec<String>> = (0..study.axes.len())
         .map(|axis| words_of(study, points, axis))
@@ -86,7 +83,7 @@ pub(super) fn write(
         shard: part.cloned(),
     };
     let header = header(study, "sweep", study.digest(), meta(study));
-    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header, &plan)?;
+    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.head.files)?, &header, &plan)?;
     let (mut points_done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
     let numbers: Box<dyn Iterator<Item = u64>> = match done {
@@ -148,8 +145,8 @@ pub(super) fn write(
 
 pub(crate) fn event_form(study: &Study) -> EventForm {
     EventForm {
-        numbers_parts: study.words.numbers_parts(),
-        translation: study.words.motion() == Motion::Translation,
+        numbers_parts: study.head.words.numbers_parts(),
+        translation: study.head.words.motion() == Motion::Translation,
     }
 }
 
@@ -161,7 +158,7 @@ pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
         } else {
             StorageKind::Float64
         },
-        units: quantity.unit(study.words.motion()).to_owned(),
+        units: quantity.unit(study.head.words.motion()).to_owned(),
         long_name: quantity.description.to_owned(),
         fill: quantity.is_count().then_some(NO_COUNT),
         flags: quantity

@@ -9,38 +9,24 @@
 //! | module | what it is |
 //! |---|---|
 //! | `study`, `axis`, `criterion`, `sampling` | the study file: axes, boundaries, samples |
-//! | `run`, `running`, `runner` | from a study to its file; remaining points; points on threads |
-//! | `executor`, `shard` | points in other processes; parts of a study on several machines |
-//! | `quantities`, `record` | outcome of a point, and its record |
-//! | `journal`, `earlier` | outcomes in order of completion; complete file of an earlier start |
-//! | `boundary`, `tracer`, `lattice`, `fold`, `contour`, `limit` | tracing a boundary |
-//! | `curves`, `boundary_tables` | traced curves, and their tables in a file |
-//! | `file`, `point_file` | sweep file; result file for each point |
-//! | `report`, `error` | report; errors |
+//! | `run` | from a study, or a shard of it, to its file |
+//! | `runner`, `executor` | remaining points on threads, or in other processes |
+//! | `journal` | outcome of a point; outcomes in order of completion |
+//! | `boundary`, `tracer`, `lattice` | tracing a boundary |
+//! | `curves` | traced curves, and their tables in a file |
+//! | `file` | sweep file |
 
 mod axis;
 mod boundary;
-mod boundary_tables;
-pub mod contour;
 mod criterion;
 mod curves;
-mod earlier;
-mod error;
 mod executor;
 mod file;
-mod fold;
 mod journal;
 pub mod lattice;
-mod limit;
-mod outcome;
-mod point_file;
-mod record;
-mod report;
 mod run;
 mod runner;
-mod running;
 mod sampling;
-mod shard;
 mod study;
 mod tracer;
 
@@ -51,15 +37,10 @@ pub use axis::{AxisRange, ParameterAxis, Spacing};
 pub(crate) use axis::{case_along, read as read_axis};
 pub use criterion::{BoundarySpec, Criterion, ThresholdTest};
 pub use curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
-pub use error::SweepError;
 pub use executor::{Executor, evaluate};
 pub(crate) use file::{header, sweep_variables};
-pub use journal::{Existing, Journal, JournalError, journal_path};
-pub use outcome::{EventRow, PointOutcome, Values};
-pub use report::SweepReport;
-pub use run::Sweep;
-pub use runner::{Integrate, IntegrateError, Integrated, Stopped, run_point, run_points, without_a_file};
+pub use journal::{EventRow, Existing, Journal, PointOutcome, Values, journal_path};
+pub use run::{Shard, Sweep, SweepReport};
+pub use runner::{Integrate, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;
-pub use shard::Shard;
-pub(crate) use study::WALL_TIME;
 pub use study::{Design, Keep, STUDIES, STUDY_RTOL, Study, StudyPoint};

@@ -1,65 +1,26 @@
-//! Runs of points on a pool of threads, with one receiver of the outcomes.
+//! The remaining points of a sweep, and their runs on a pool of threads with one receiver of the outcomes.
 
-use super::outcome::{EventRow, PointOutcome, Values, values};
+use super::executor::{Executor, run_elsewhere};
+use super::journal::{EventRow, Journal, PointOutcome, values};
 use super::study::{Study, StudyPoint};
-use crate::analysis::{Summary, recorded};
+use crate::analysis::{Recorded, recorded};
+use crate::error::Error;
+use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use stickslip_case::{Case, CaseError};
-use stickslip_engine::simulation::{RunFailure, RunReport};
+use stickslip_case::{Case, CaseError, Setting};
 use stickslip_engine::workers::on_threads;
+use stickslip_files::ShardPlan;
 use stickslip_system::record::NoRecorder;
 use stickslip_system::watch::Watch;
 
-/// Integration of one case of a sweep, without a file or into the case's own file.
-pub type Integrate<'a> = dyn Fn(u64, &Case, &dyn Watch) -> Result<Integrated, IntegrateError> + Sync + 'a;
-
-/// Result of a run in a sweep.
-#[derive(Debug)]
-pub struct Integrated {
-    /// Report of the run.
-    pub report: RunReport,
-    /// Quantities; `None` for an interrupted run.
-    pub values: Option<Values>,
-}
-
-impl Integrated {
-    pub(super) fn new(report: RunReport, summary: &Summary) -> Integrated {
-        let values = (!report.interrupted).then(|| values(summary));
-        Integrated { report, values }
-    }
-}
-
-/// Error of a case in a sweep.
-#[derive(Debug, thiserror::Error)]
-pub enum IntegrateError {
-    /// The run failed: the point is recorded as failed, and the sweep continues.
-    #[error(transparent)]
-    Run(Box<RunFailure>),
-    /// The storage failed: the sweep ends.
-    #[error("{0}")]
-    Storage(String),
-}
+/// Integration of one case of a sweep, without a file or into the case's own file. An error of its storage ends the sweep.
+pub type Integrate<'a> = dyn Fn(u64, &Case, &dyn Watch) -> Result<Recorded, Error> + Sync + 'a;
 
 /// Integrates a case and keeps only its events.
-pub fn without_a_file(_number: u64, case: &Case, watch: &dyn Watch) -> Result<Integrated, IntegrateError> {
-    let run = recorded(case, &mut NoRecorder, false, false, watch);
-    match run.failure {
-        Some(failure) => Err(IntegrateError::Run(failure)),
-        None => Ok(Integrated::new(run.report, &run.summary)),
-    }
-}
-
-/// Reason why a pool stopped early.
-#[derive(Debug)]
-pub enum Stopped<E> {
-    /// The observer stopped it.
-    Interrupted,
-    /// The receiver of the outcomes failed.
-    Delivery(E),
-    /// The storage of a run failed.
-    Storage(String),
+pub fn without_a_file(_number: u64, case: &Case, watch: &dyn Watch) -> Result<Recorded, Error> {
+    Ok(recorded(case, &mut NoRecorder, false, false, watch))
 }
 
 const WAITING: usize = 256;
@@ -71,14 +32,14 @@ const GATHERING: Duration = Duration::from_millis(20);
 ///
 /// The outcome of a point depends only on the study and the point's coordinates. After a stop or an error, which is
 /// returned, current points are abandoned.
-pub fn run_points<E>(
+pub fn run_points(
     study: &Study,
     points: impl Iterator<Item = StudyPoint> + Send,
     workers: usize,
     watch: &dyn Watch,
     integrate: &Integrate,
-    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), E>,
-) -> Result<(), Stopped<E>> {
+    mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
+) -> Result<(), Error> {
     let given_up = AtomicBool::new(false);
     let halted = || watch.stopped() || given_up.load(Ordering::Relaxed);
     let mut error = None;
@@ -94,7 +55,7 @@ pub fn run_points<E>(
             while let Some(result) = next.take() {
                 match result {
                     Ok(outcome) => group.push(outcome),
-                    Err(message) => error = error.take().or(Some(Stopped::Storage(message))),
+                    Err(failure) => error = error.take().or(Some(failure)),
                 }
                 // The other half of the capacity stays free for new outcomes.
                 if group.len() < WAITING / 2 {
@@ -103,10 +64,8 @@ pub fn run_points<E>(
             }
             gathered = Instant::now();
             // After an error the channel is emptied, so that no worker blocks.
-            if error.is_none()
-                && let Err(failure) = deliver(group)
-            {
-                error = Some(Stopped::Delivery(failure));
+            if error.is_none() {
+                error = deliver(group).err();
             }
             if error.is_some() {
                 given_up.store(true, Ordering::Relaxed);
@@ -115,7 +74,7 @@ pub fn run_points<E>(
     });
     match error {
         Some(error) => Err(error),
-        None if watch.stopped() => Err(Stopped::Interrupted),
+        None if watch.stopped() => Err(Error::interrupted()),
         None => Ok(()),
     }
 }
@@ -126,37 +85,30 @@ pub fn run_point(
     point: &StudyPoint,
     integrate: &Integrate,
     watch: &dyn Watch,
-) -> Result<Option<PointOutcome>, String> {
-    let outcome = |result, events| {
-        Ok(Some(PointOutcome {
-            number: point.number,
-            result,
-            events,
-        }))
-    };
-    let case = match study.case_at(&point.coordinates) {
-        Ok(case) => case,
-        Err(error) => return outcome(Err(in_words(&error)), Vec::new()),
-    };
-    // A defect in one run must not stop the other runs.
-    let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, watch)));
-    match result {
-        Ok(Ok(Integrated { values: None, .. })) => Ok(None),
-        Ok(Ok(Integrated {
-            report,
-            values: Some(values),
-        })) => {
-            let events = if study.keep.events {
-                report.events.iter().map(EventRow::from).collect()
-            } else {
-                Vec::new()
-            };
-            outcome(Ok(values), events)
+) -> Result<Option<PointOutcome>, Error> {
+    let number = point.number;
+    let mut events = Vec::new();
+    let result = match study.case_at(&point.coordinates) {
+        Err(error) => Err(in_words(&error)),
+        Ok(case) => {
+            let run = || integrate(number, &case, watch).map(|run| (values(&run.summary), run));
+            // A defect in one run must not stop the other runs.
+            match catch_unwind(AssertUnwindSafe(run)) {
+                Err(_) => Err("internal error: the run panicked".to_owned()),
+                Ok(run) => {
+                    let (values, run) = run?;
+                    if run.failure.is_none() && run.report.interrupted {
+                        return Ok(None);
+                    }
+                    if study.keep.events && run.failure.is_none() {
+                        events = run.report.events.iter().map(EventRow::from).collect();
+                    }
+                    run.failure.map_or(Ok(values), |failure| Err(failure.to_string()))
+                }
+            }
         }
-        Ok(Err(IntegrateError::Run(failure))) => outcome(Err(failure.to_string()), Vec::new()),
-        Ok(Err(IntegrateError::Storage(message))) => Err(message),
-        Err(_) => outcome(Err("internal error: the run panicked".to_owned()), Vec::new()),
-    }
+    };
+    Ok(Some(PointOutcome { number, result, events }))
 }
 
 /// Problems of a point in one line, without their places, which are places in the study.
@@ -166,4 +118,102 @@ fn in_words(error: &CaseError) -> String {
         .iter()
         .map(|problem| format!("{}: {}", problem.key, problem.message));
     problems.collect::<Vec<_>>().join("; ")
+}
+
+pub(super) struct RunningPoints<'a> {
+    study: &'a Study,
+    /// Points of a traced boundary. The study itself has all other points.
+    pub(super) asked: Vec<Vec<Setting>>,
+}
+
+impl<'a> RunningPoints<'a> {
+    pub(super) fn of(study: &'a Study) -> Self {
+        let asked = Vec::new();
+        RunningPoints { study, asked }
+    }
+
+    pub(super) fn count(&self) -> u64 {
+        self.study.point_count().unwrap_or(self.asked.len() as u64)
+    }
+
+    pub(super) fn coordinates(&self, number: u64) -> Vec<Setting> {
+        match self.study.point(number) {
+            Some(point) => point.coordinates,
+            None => self.asked[number as usize].clone(),
+        }
+    }
+}
+
+pub(super) struct Running<'a> {
+    pub(super) study: &'a Study,
+    pub(super) workers: usize,
+    pub(super) integrate: &'a Integrate<'a>,
+    pub(super) executor: Option<&'a mut dyn Executor>,
+    pub(super) watch: &'a dyn Watch,
+    pub(super) journal: Journal,
+    pub(super) failed: u64,
+}
+
+impl Running<'_> {
+    /// Runs the points below `count`, or of a shard, that are not in the journal.
+    pub(super) fn run_numbers(&mut self, count: u64, part: Option<&ShardPlan>) -> Result<(), Error> {
+        let study = self.study;
+        // Determined before the writer of outcomes borrows the journal.
+        let held: HashSet<u64> = self.journal.numbers().collect();
+        let total = part.map_or(count, |part| part.points() as u64);
+        let points = (0..count)
+            .filter(|&number| part.is_none_or(|part| part.holds(number)) && !held.contains(&number))
+            .filter_map(|number| study.point(number));
+        self.run(points, total, false)
+    }
+
+    /// Runs a round of points after the first `start`, and returns all their outcomes in order.
+    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<PointOutcome>, Error> {
+        let numbered = |k: usize| start + k as u64;
+        let held: Vec<bool> = (0..coordinates.len())
+            .map(|k| self.journal.holds(numbered(k)))
+            .collect();
+        let points = coordinates
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| !held[*k])
+            .map(|(k, coordinates)| StudyPoint {
+                number: numbered(k),
+                coordinates: coordinates.clone(),
+            });
+        self.run(points, start + coordinates.len() as u64, true)?;
+        (0..coordinates.len())
+            .map(|k| self.journal.read(numbered(k))?.ok_or_else(Error::interrupted))
+            .collect()
+    }
+
+    fn run(&mut self, points: impl Iterator<Item = StudyPoint> + Send, total: u64, open: bool) -> Result<(), Error> {
+        let Running {
+            study,
+            workers,
+            integrate,
+            executor,
+            watch,
+            journal,
+            failed,
+        } = self;
+        let more = if open { " or more" } else { "" };
+        let show = |done: u64, failed: u64| {
+            let failures = Some(failed).filter(|failed| *failed > 0);
+            let failures = failures.map_or_else(String::new, |failed| format!(", {failed} failed"));
+            let what = format_args!("{total}{more} points{failures}");
+            let _ = watch.at(done as f64, total as f64, what);
+        };
+        show(journal.points(), *failed);
+        let deliver = |group: Vec<PointOutcome>| {
+            journal.append(&group)?;
+            *failed += group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
+            show(journal.points(), *failed);
+            Ok(())
+        };
+        match executor {
+            Some(executor) => run_elsewhere(study, points, &mut **executor, *watch, deliver),
+            None => run_points(study, points, *workers, *watch, *integrate, deliver),
+        }
+    }
 }

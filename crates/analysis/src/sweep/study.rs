@@ -4,14 +4,12 @@ use super::asked_for;
 use super::axis::{self, ParameterAxis};
 use super::criterion::{BoundarySpec, read_boundary};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
-use crate::study::{Head, PROBES, StudyReader, StudySource, check_points};
+use crate::study::{PROBES, StudyHead, StudyReader, StudySource, check_points, hash_of};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-use std::path::PathBuf;
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
 use stickslip_case::document::{self, CaseValue, PlacedValue};
-use stickslip_case::{Case, CaseError, CaseKeys, CaseSource, METHOD, Override, Setting, Words};
+use stickslip_case::{Case, CaseError, CaseKeys, METHOD, Override, Setting};
 use stickslip_engine::simulation::Method;
 use stickslip_files::SweepLayout;
 use stickslip_system::model::system::System;
@@ -51,16 +49,8 @@ pub struct Keep {
 /// Study, checked as far as possible without runs.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// Title of the study.
-    pub title: String,
-    /// Source text.
-    pub source: StudySource,
-    /// Text of the base case.
-    pub base: CaseSource,
-    /// Names of the parts of its system.
-    pub words: Words,
-    /// Settings of the study in the base case.
-    pub settings: Vec<Override>,
+    /// Title, base case, settings.
+    pub head: StudyHead,
     /// Axes in the order of the text; the last varies fastest.
     pub axes: Vec<ParameterAxis>,
     /// Choice of points.
@@ -69,8 +59,6 @@ pub struct Study {
     pub keep: Keep,
     /// Names of the quantities that figures show by default.
     pub show: Vec<String>,
-    /// Input files, which must not be overwritten.
-    pub files: Vec<PathBuf>,
     /// Whether the case or the study gives a tolerance; the default is [`STUDY_RTOL`].
     pub(super) gives_tolerance: bool,
 }
@@ -83,9 +71,6 @@ pub struct StudyPoint {
     /// Value on each axis.
     pub coordinates: Vec<Setting>,
 }
-
-/// Key of the time limit, which does not affect results.
-pub(crate) const WALL_TIME: &str = "solver.max_wall_time";
 
 /// Largest number of points; more are a mistake: years of computing.
 const MOST_POINTS: u64 = 1_000_000_000;
@@ -101,15 +86,15 @@ impl Study {
     /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
-        let mut head = Head::read(&mut reader, &root, &source, Vec::new(), overrides);
-        let mut axes = read_axes(&mut reader, &head.keys, &root);
+        let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
+        let mut axes = read_axes(&mut reader, &keys, &root);
         // A table of points defines its columns later.
         let case = match root.at("points") {
             None => axis::case_along(&axes, &head),
             Some(_) => None,
         };
         let system = case.as_ref().map(|case| &case.system);
-        let design = read_design(&mut reader, &mut head, system, &root, &source, &mut axes);
+        let design = read_design(&mut reader, (&mut head, &keys), system, &root, &mut axes);
         let keep = root.at("keep").map_or_else(Keep::default, |node| {
             reader.check_keys(node, "keep", &["events", "trajectory"]);
             Keep {
@@ -120,47 +105,36 @@ impl Study {
         let show = root
             .at("show")
             .map_or_else(Vec::new, |node| read_show(&mut reader, system, node));
-        let design = design.filter(|_| reader.is_clean());
-        let Some(mut study) = design.and_then(|design| Study::new(head, source, axes, design)) else {
+        let Some(design) = design.filter(|_| reader.is_clean()) else {
             return Err(reader.into_error());
         };
-        (study.keep, study.show) = (keep, show);
+        let study = Study {
+            keep,
+            show,
+            ..Study::new(head, axes, design)
+        };
         study.check()?;
         Ok(study)
     }
 
-    fn new(head: Head, source: StudySource, axes: Vec<ParameterAxis>, design: Design) -> Option<Study> {
-        let Head {
-            title,
-            base,
-            settings,
-            keys,
-            files,
-        } = head;
-        let base = base?;
-        Some(Study {
-            gives_tolerance: gives_tolerance(&base, &settings, &axes),
-            words: keys.words,
-            title,
-            source,
-            base,
-            settings,
+    fn new(head: StudyHead, axes: Vec<ParameterAxis>, design: Design) -> Study {
+        Study {
+            gives_tolerance: gives_tolerance(&head, &axes),
+            head,
             axes,
             design,
             keep: Keep::default(),
             show: Vec::new(),
-            files,
-        })
+        }
     }
 
-    /// Study whose points are requested one by one within the ranges of the axes; `None` without a base case.
-    pub(crate) fn of_ranges(head: Head, source: StudySource, axes: Vec<ParameterAxis>) -> Option<Study> {
-        let study = Study::new(head, source, axes, Design::Rows(Vec::new()))?;
-        Some(Study {
+    /// Study whose points are requested one by one within the ranges of the axes.
+    pub(crate) fn of_ranges(head: StudyHead, axes: Vec<ParameterAxis>) -> Study {
+        Study {
             // A search needs runs that vary smoothly with the parameters, so the case's own tolerance applies.
             gives_tolerance: true,
-            ..study
-        })
+            ..Study::new(head, axes, Design::Rows(Vec::new()))
+        }
     }
 
     /// Default tolerance of the points, if study and case give none.
@@ -173,7 +147,7 @@ impl Study {
         let first: Option<Vec<Setting>> = self.axes.iter().map(|axis| axis.levels.first().cloned()).collect();
         let case = match first {
             Some(first) => self.case_at(&first),
-            None => Case::read(&self.base, &self.settings),
+            None => self.head.case_with([]),
         };
         case.is_ok_and(|case| case.stops())
     }
@@ -238,11 +212,9 @@ impl Study {
 
     /// Keeps the case's own tolerance and output.
     pub(crate) fn case_with_output(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
-        let mut overrides = self.settings.clone();
-        for (axis, value) in self.axes.iter().zip(coordinates) {
-            overrides.extend(axis.overrides(value));
-        }
-        Case::read(&self.base, &overrides)
+        let pairs = self.axes.iter().zip(coordinates);
+        self.head
+            .case_with(pairs.flat_map(|(axis, value)| axis.overrides(value)))
     }
 
     /// Command that runs a single point, without the values on the axes. `--set KEY=VALUE` for each key of the axes
@@ -250,11 +222,14 @@ impl Study {
     ///
     /// The time limit is left out. The tolerance is left out, too, if the method is an axis.
     pub fn point_command(&self) -> String {
-        let mut arguments = vec![self.source.named(&self.base)];
-        let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
-        arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
+        let mut arguments = vec![self.head.source.named(&self.head.base)];
+        arguments.extend(
+            self.head
+                .decisive_settings()
+                .flat_map(|setting| ["--set".to_owned(), setting.argument()]),
+        );
         let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));
-        let method = Case::read(&self.base, &self.settings).map(|case| case.solver.method);
+        let method = self.head.case_with([]).map(|case| case.solver.method);
         let takes_it = method.map_or(true, has_study_tolerance);
         if let (Some(tolerance), false, true) = (self.default_tolerance(), by_axis, takes_it) {
             arguments.extend(["--set".to_owned(), format!("solver.rtol={tolerance:e}")]);
@@ -266,32 +241,29 @@ impl Study {
     /// Hash of everything that determines the results, with the program version. Title and layout do not count. 64
     /// hexadecimal digits.
     pub fn digest(&self) -> String {
-        let mut hash = Sha256::new();
-        let mut add = |part: &str| {
-            hash.update((part.len() as u64).to_le_bytes());
-            hash.update(part.as_bytes());
-        };
-        add("stickslip sweep 2");
-        add(env!("CARGO_PKG_VERSION"));
-        add(&self.base.text);
-        // The time limit does not count: a study can resume with another limit.
-        let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
-        add(&format!("{:?}", settings.collect::<Vec<_>>()));
-        add(&format!("{STUDY_RTOL}"));
-        for axis in &self.axes {
-            add(&format!("{:?} {:?} {:?}", axis.keys, axis.range, axis.levels));
-        }
-        add(&format!("{:?}", self.design));
-        add(&format!("{:?}", self.keep));
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        let settings: Vec<_> = self.head.decisive_settings().collect();
+        let mut parts = vec![
+            "stickslip sweep 2".to_owned(),
+            env!("CARGO_PKG_VERSION").to_owned(),
+            self.head.base.text.clone(),
+            format!("{settings:?}"),
+            format!("{STUDY_RTOL}"),
+        ];
+        let axes = self.axes.iter();
+        parts.extend(axes.map(|axis| format!("{:?} {:?} {:?}", axis.keys, axis.range, axis.levels)));
+        parts.extend([format!("{:?}", self.design), format!("{:?}", self.keep)]);
+        let lengths = parts
+            .iter()
+            .flat_map(|part| [&(part.len() as u64).to_le_bytes(), part.as_bytes()].concat());
+        hash_of(lengths.collect::<Vec<u8>>())
     }
 
     /// Reports errors that all points share before anything is computed.
     fn check(&self) -> Result<(), CaseError> {
-        let label = self.source.label();
+        let (label, settings) = (self.head.source.label(), &self.head.settings);
         if let Design::Boundary(_) = self.design {
             let corner = std::iter::once(self.case_at(&BoundarySpec::corner(&self.axes)));
-            return check_points(corner, &self.settings, &label);
+            return check_points(corner, settings, &label);
         }
         let count = self.point_count().filter(|&count| count <= MOST_POINTS);
         let count = count.ok_or_else(|| {
@@ -302,15 +274,17 @@ impl Study {
         let numbers = (0..probes).map(|k| k * (count - 1) / (probes - 1).max(1));
         let points = numbers.filter_map(|number| self.point(number));
         let cases = points.map(|point| self.case_at(&point.coordinates));
-        check_points(cases, &self.settings, &label)
+        check_points(cases, settings, &label)
     }
 }
 
-fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[ParameterAxis]) -> bool {
+fn gives_tolerance(head: &StudyHead, axes: &[ParameterAxis]) -> bool {
     const KEY: &str = "solver.rtol";
-    settings.iter().any(|setting| matches!(setting.key(), KEY | "solver"))
+    head.settings
+        .iter()
+        .any(|setting| matches!(setting.key(), KEY | "solver"))
         || axes.iter().any(|axis| axis.keys.iter().any(|key| key == KEY))
-        || document::read(&base.text, "").is_ok_and(|root| root.at(KEY).is_some())
+        || document::read(&head.base.text, "").is_ok_and(|root| root.at(KEY).is_some())
 }
 
 fn read_axes(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> Vec<ParameterAxis> {
@@ -340,10 +314,9 @@ fn read_axes(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> 
 
 fn read_design(
     reader: &mut StudyReader,
-    head: &mut Head,
+    (head, keys): (&mut StudyHead, &CaseKeys),
     system: Option<&System>,
     root: &PlacedValue,
-    source: &StudySource,
     axes: &mut Vec<ParameterAxis>,
 ) -> Option<Design> {
     let given = ["sample", "points", "boundary"];
@@ -358,8 +331,8 @@ fn read_design(
             let message = "the first line of the table of points names the keys; remove the axes";
             return reader.refuse(axis, "axis", message);
         }
-        let path = source.folder().join(reader.text(node, "points")?);
-        let table = sampling::read_table(&path, &head.keys);
+        let path = head.source.folder().join(reader.text(node, "points")?);
+        let table = sampling::read_table(&path, keys);
         let (columns, rows) = reader.found(node, "points", table)?;
         head.files.push(path);
         *axes = columns;

@@ -3,8 +3,7 @@
 use super::super::CompareError;
 use super::super::resolution::{Digits, Rounding};
 use super::absent;
-use super::source::{CandidatePlace, CandidateSource};
-use super::table::{BLOCK, CandidateTable, Pass, each_once, place_of};
+use super::table::{BLOCK, CandidatePlace, CandidateSource, CandidateTable, Pass, each_once, place_of};
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::io::{BufRead, BufReader};
 use std::path::Path;

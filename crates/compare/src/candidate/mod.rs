@@ -1,45 +1,33 @@
 //! Results of other solvers, in all supported formats.
-//!
-//! | module | content |
-//! |---|---|
-//! | `source` | the file, which is read several times |
-//! | `table` | a file as columns of numbers |
-//! | `csv`, `npz`, `hdf5` | the formats |
-//! | `npy` | an array of an NPZ archive |
-//! | `mapping`, `rows` | columns of channels; rows in SI units |
-//! | `events` | event tables |
 
 mod csv;
 pub(super) mod events;
 mod hdf5;
 mod mapping;
-mod npy;
 mod npz;
 mod rows;
-mod source;
 mod table;
 
 pub use mapping::{MappedColumn, Mapping, TimeOffset};
 pub use rows::Block;
 pub(super) use rows::Rows;
 
-use super::attractor::ComparedAttractor;
-use super::case_differences::{CaseDifference, case_differences};
+use super::diagnosis::{CaseDifference, case_differences};
 use super::reference::Physics;
 use super::resolution::{Clock, ClockWatch, Digital, Rounding};
+use super::statistics::ComparedAttractor;
 use super::vocabulary::Known;
 use super::{Channel, CompareError, Found, saved_case};
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
 use npz::NpzTable;
 use rows::Supply;
-use source::CandidateSource;
 use std::path::{Path, PathBuf};
 use stickslip_case::quantity::Dimension;
 use stickslip_files::{ForeignFile, Reason, ResultFile, check_sound};
 use stickslip_system::model::system::Pressing;
 use stickslip_system::quote::shown;
-use table::{CandidateTable, LeftOut, unread};
+use table::{CandidateSource, CandidateTable, LeftOut, unread};
 
 const HEAD: u64 = 512;
 
@@ -331,6 +319,13 @@ impl Candidate {
     pub fn channels(&self, physics: &Physics) -> Vec<Channel> {
         let all = physics.vocabulary().channels();
         all.filter(|&channel| self.has(channel)).collect()
+    }
+
+    /// [`Self::channels`] without impulses.
+    pub fn compared_channels(&self, physics: &Physics) -> Vec<Channel> {
+        let mut channels = self.channels(physics);
+        channels.retain(|channel| !channel.is_impulse());
+        channels
     }
 
     pub fn has(&self, channel: Channel) -> bool {

@@ -4,7 +4,7 @@ use super::motion::{MotionRequest, Played, Traced};
 use super::observation::{Observation, ObservedValues};
 use super::parameters::Agreement;
 use crate::detect::Detection;
-use crate::limit::Limit;
+use crate::error::Limit;
 use crate::reference::Physics;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};

@@ -3,9 +3,9 @@
 use super::evidence::TrialStart;
 use super::observation::{Observation, ObservedValues};
 use crate::Channel;
-use crate::limit::Limit;
-use crate::open_contact::sequence;
+use crate::error::Limit;
 use crate::reference::Physics;
+use crate::survey::sequence;
 use std::ops::ControlFlow;
 use stickslip_engine::simulation::{Course, Method, OutputOptions, Progress, Simulation, SolverOptions, simulate_from};
 use stickslip_system::model::Mode;

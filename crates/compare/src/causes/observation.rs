@@ -2,7 +2,7 @@
 
 use super::judge::FARTHER;
 use crate::candidate::{Block, Candidate};
-use crate::crossings::Crossings;
+use crate::detect::Crossings;
 use crate::detect::{Detection, Detector, Point};
 use crate::reference::{GapPolynomial, Physics, Walk};
 use crate::resolution::Rounding;

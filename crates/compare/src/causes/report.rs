@@ -11,9 +11,9 @@ use crate::clock::{FoundOffset, OtherClock};
 use crate::comparison::{Closest, Span, Unexplained};
 use crate::detect::{Detection, Found};
 use crate::diagnosis::{CauseKind, Diagnosis, Symptoms};
+use crate::error::{Limit, OutOfTime};
 use crate::follows::follows;
-use crate::limit::{Limit, OutOfTime};
-use crate::{CompareError, Reference, torques};
+use crate::{CompareError, Reference, survey};
 use std::sync::atomic::Ordering;
 use stickslip_case::WrittenCase;
 use stickslip_system::record::EventKind;
@@ -275,7 +275,7 @@ impl Reference {
 
     /// mu_0 by the reference's breakaway torque: median over the candidate's breakaways.
     fn breakaway(&self, found: &[Found]) -> Option<f64> {
-        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
+        let ratios = survey::breakaway_ratios(&self.physics, found, self.physics.trains.breakaway_test);
         Some(ratios.get(ratios.len() / 2)? * self.physics.system().breakaway)
     }
 }

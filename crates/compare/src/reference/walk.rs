@@ -4,9 +4,7 @@
 //! gap, in as many steps as it takes.
 
 use super::super::Channel;
-use super::nodes::{Node, Nodes};
-use super::rerun::INTERVAL;
-use super::{Physics, Rerun};
+use super::{INTERVAL, Node, Nodes, Physics, Rerun};
 use stickslip_engine::simulation::{Course, TERMS};
 use stickslip_files::{ResultError, ResultFile};
 use stickslip_system::model::Mode;

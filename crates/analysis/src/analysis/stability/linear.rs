@@ -109,11 +109,10 @@ pub(super) fn stuck(system: &SystemEquations) -> DMatrix<f64> {
     DMatrix::from_fn(n, free.len(), |i, j| free[j][i])
 }
 
-/// Eigenvalues with Im >= 0 and right eigenvectors, the fastest first.
-fn eigenmodes(
-    matrix: &DMatrix<f64>,
-    describe: impl Fn(LinearEigenvalue, DVector<Complex<f64>>) -> SystemMode,
-) -> Vec<SystemMode> {
+type ModeShape = (String, Vec<ShapeComponent>, Option<String>);
+
+/// Modes of the eigenvalues with Im >= 0, the fastest first. `describe` gives name, shape and mover by the right eigenvector.
+fn eigenmodes(matrix: &DMatrix<f64>, describe: impl Fn(DVector<Complex<f64>>) -> ModeShape) -> Vec<SystemMode> {
     if matrix.nrows() == 0 {
         return Vec::new();
     }
@@ -123,51 +122,31 @@ fn eigenmodes(
     let mut kept: Vec<Complex<f64>> = found.into_iter().filter(|l| real(l) || l.im > 0.0).collect();
     kept.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     let mode = |lambda: Complex<f64>| {
-        let still = lambda.norm() <= ROUNDING * largest;
-        let of = LinearEigenvalue {
-            growth_rate: if still || lambda.re.abs() <= ROUNDING * largest {
-                0.0
-            } else {
-                lambda.re
-            },
-            angular_frequency: if real(&lambda) || still { 0.0 } else { lambda.im },
-            magnitude: lambda.norm(),
+        let magnitude = lambda.norm();
+        let still = magnitude <= ROUNDING * largest;
+        let vector = null_vector(matrix, lambda).unwrap_or_else(|| DVector::zeros(matrix.nrows()));
+        let (name, shape, moves) = describe(vector);
+        let growth_rate = match still || lambda.re.abs() <= ROUNDING * largest {
+            true => 0.0,
+            false => lambda.re,
         };
-        describe(
-            of,
-            null_vector(matrix, lambda).unwrap_or_else(|| DVector::zeros(matrix.nrows())),
-        )
-    };
-    kept.into_iter().map(mode).collect()
-}
-
-#[derive(Debug, Clone, Copy)]
-struct LinearEigenvalue {
-    /// Re, 1/s.
-    growth_rate: f64,
-    /// Im >= 0, rad/s.
-    angular_frequency: f64,
-    magnitude: f64,
-}
-
-impl LinearEigenvalue {
-    fn mode(self, name: String, shape: Vec<ShapeComponent>, moves: Option<String>) -> SystemMode {
-        let oscillates = self.angular_frequency > 0.0;
-        let frequency = oscillates.then(|| self.magnitude / TAU);
+        let oscillates = !(real(&lambda) || still);
+        let frequency = oscillates.then(|| magnitude / TAU);
         // Adding zero drops the sign of -0.
-        let decay = -self.growth_rate + 0.0;
+        let decay = -growth_rate + 0.0;
         SystemMode {
             name,
-            growth_rate: self.growth_rate,
-            angular_frequency: self.angular_frequency,
+            growth_rate,
+            angular_frequency: if oscillates { lambda.im } else { 0.0 },
             natural_frequency: frequency,
             frequency,
-            damping_ratio: oscillates.then(|| decay / self.magnitude),
+            damping_ratio: oscillates.then(|| decay / magnitude),
             decay,
             moves,
             shape,
         }
-    }
+    };
+    kept.into_iter().map(mode).collect()
 }
 
 /// Modes of the axial oscillator (1), m z'' + c_a z' + k_e z = 0.
@@ -179,7 +158,7 @@ pub(super) fn axial_modes(axial: &Axial) -> Vec<SystemMode> {
         amplitude: 1.0,
         phase: 0.0,
     };
-    eigenmodes(&matrix, |of, _| of.mode("axial".to_owned(), vec![shape.clone()], None))
+    eigenmodes(&matrix, |_| ("axial".to_owned(), vec![shape.clone()], None))
 }
 
 pub(super) fn modes_of(
@@ -192,7 +171,7 @@ pub(super) fn modes_of(
         Some(basis) => basis.transpose() * &whole * basis,
         None => whole,
     };
-    eigenmodes(&inner, |of, vector| {
+    eigenmodes(&inner, |vector| {
         let moved = match stuck {
             Some(basis) => basis.map(Complex::from) * vector,
             None => vector,
@@ -211,7 +190,7 @@ pub(super) fn modes_of(
                 phase: relative.arg(),
             }
         });
-        of.mode(name(&bodies, stuck.is_some()), shape.collect(), mover(&bodies))
+        (name(&bodies, stuck.is_some()), shape.collect(), mover(&bodies))
     })
 }
 

@@ -57,18 +57,12 @@ impl StudyResult {
     /// Writes the file of a study that began at `started` to a reserved place, and returns its path. An incomplete study
     /// keeps the partial name.
     pub fn write(&self, study: &PrecisionStudy, started: &str, place: &Reservation) -> Result<PathBuf, ResultError> {
+        let resolved = study.runs.first().map(|run| run.2.resolved()).unwrap_or_default();
+        let about = "every parameter of the first run in SI units (TOML)";
         let header = StudyHeader {
-            title: study.title.clone(),
-            source: provenance::source(),
-            history: format!("{started} {}", provenance::command_line()),
-            study: study.source.text.clone(),
-            inputs: vec![(
-                INPUT_RESOLVED,
-                "every parameter of the first run in SI units (TOML)",
-                study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
-            )],
+            inputs: vec![(INPUT_RESOLVED, about, resolved)],
             meta: provenance::program(started),
-            ..StudyHeader::default()
+            ..study.head.of_file(format!("{started} {}", provenance::command_line()))
         };
         let mut methods: Vec<Method> = Vec::new();
         for run in &self.measurements {

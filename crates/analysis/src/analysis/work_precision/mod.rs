@@ -13,25 +13,20 @@ pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 use study::{FALLBACK, TIGHTEST};
 
 use super::exact::{Truth, request as oracle_request};
+use crate::error::Error;
+use crate::provenance;
+use crate::study::StudyRun;
 use serde::{Serialize, Serializer};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, RunReport};
-use stickslip_oracle::{OracleError, OracleRequest, solve};
+use stickslip_files::Reservation;
+use stickslip_oracle::{OracleRequest, solve};
 use stickslip_system::record::{Event, EventKind, NoRecorder};
 use stickslip_system::watch::Watch;
-
-/// Error of a study.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// Unusable file of true events.
-    #[error("{0}")]
-    Truth(String),
-    /// The reference cannot be computed.
-    #[error("{0}")]
-    NoReference(String),
-}
 
 /// Reference events of a study.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,15 +114,29 @@ pub struct StudyResult {
     pub interrupted: bool,
 }
 
-/// Runs a study. A stop ends the study with its results so far, or with `None` if there is no reference yet. Failed
-/// runs are [`Measurement`]s with a failure.
+/// Builder of a work-precision study; `start` runs it into its file.
+pub type PrecisionRun<'a> = StudyRun<'a, PrecisionStudy>;
+
+impl PrecisionRun<'_> {
+    /// Runs the study, and returns the path of its file and the results. An incomplete study keeps the partial name.
+    ///
+    /// # Errors
+    /// There is no reference, the file is protected, or the disk fails.
+    pub fn start(self) -> Result<(PathBuf, StudyResult), Error> {
+        let place = Reservation::take(self.path, self.overwrite, &self.study.head.files)?;
+        let started = provenance::now();
+        let result = run(self.study, self.watch)?;
+        let file = result.write(self.study, &started, &place).map_err(Error::computation)?;
+        Ok((file, result))
+    }
+}
+
+/// Runs a study. A stop ends the study with its results so far. Failed runs are [`Measurement`]s with a failure.
 ///
 /// # Errors
 /// There is no reference.
-pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResult>, StudyError> {
-    let Some(reference) = reference(study, watch)? else {
-        return Ok(None);
-    };
+pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<StudyResult, Error> {
+    let reference = reference(study, watch)?;
     let mut result = StudyResult {
         uncertainty: uncertainty(&reference),
         reference,
@@ -136,22 +145,23 @@ pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<StudyResu
     };
     for (done, (method, knob, case)) in (study.reference_cases.len()..).zip(&study.runs) {
         let begun = begin(study, done, *method, watch);
-        let Some(measurement) =
-            begun.and_then(|()| measure(*method, *knob, case, &result.reference, study.repeat, watch))
-        else {
+        let measured = begun.and_then(|()| measure(*method, *knob, case, &result.reference, study.repeat, watch));
+        let Some(measurement) = measured.ok() else {
             result.interrupted = true;
             break;
         };
         result.measurements.push(measurement);
     }
-    Ok(Some(result))
+    Ok(result)
 }
 
-/// Reports the start of a run by `method` after `done` runs, including the reference's; `None` if stopped.
-fn begin(study: &PrecisionStudy, done: usize, method: Method, watch: &dyn Watch) -> Option<()> {
+/// Reports the start of a run by `method` after `done` runs, including the reference's. Fails if stopped.
+fn begin(study: &PrecisionStudy, done: usize, method: Method, watch: &dyn Watch) -> Result<(), Error> {
     let (of, method) = (study.reference_cases.len() + study.runs.len(), method.name());
-    let what = format_args!("{done} of {of} runs, {method}");
-    watch.at(done as f64, of as f64, what).is_continue().then_some(())
+    match watch.at(done as f64, of as f64, format_args!("{done} of {of} runs, {method}")) {
+        ControlFlow::Break(()) => Err(Error::interrupted()),
+        ControlFlow::Continue(()) => Ok(()),
+    }
 }
 
 type MethodSequence = Vec<(EventKind, f64)>;
@@ -161,20 +171,21 @@ fn sequence(events: &[Event]) -> MethodSequence {
     events.map(|event| (event.kind, event.time)).collect()
 }
 
-fn integrate(case: &Case, watch: &dyn Watch) -> Result<Option<RunReport>, String> {
+/// Report of a run. Fails only if stopped; the inner error is that of the run.
+fn integrate(case: &Case, watch: &dyn Watch) -> Result<Result<RunReport, String>, Error> {
     let mut recorder = NoRecorder;
     match Run::new(case).record(&mut recorder).stop(|| watch.stopped()).start() {
-        Ok(report) => Ok((!report.interrupted).then_some(report)),
-        Err(failure) => Err(failure.to_string()),
+        Ok(report) if report.interrupted => Err(Error::interrupted()),
+        report => Ok(report.map_err(|failure| failure.to_string())),
     }
 }
 
-fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<PrecisionReference>, StudyError> {
+fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<PrecisionReference, Error> {
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
-            let truth = Truth::read(path).map_err(StudyError::Truth)?;
+            let truth = Truth::read(path).map_err(Error::input)?;
             if let Some((_, _, case)) = study.runs.first() {
-                truth.check_case(case).map_err(StudyError::Truth)?;
+                truth.check_case(case).map_err(Error::input)?;
             }
             PrecisionReference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -183,50 +194,40 @@ fn reference(study: &PrecisionStudy, watch: &dyn Watch) -> Result<Option<Precisi
             }
         }
         ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, watch) {
-            Ok(Some(reference)) => reference,
-            Ok(None) => return Ok(None),
-            Err(why) => {
-                let Some(mut reference) = by_runs(study, FALLBACK, TIGHTEST, watch)? else {
-                    return Ok(None);
-                };
-                reference.description += &format!("; the exact solver was not used: {why}");
+            Err(error) if !error.is_interrupted() => {
+                let mut reference = by_runs(study, FALLBACK, TIGHTEST, watch)?;
+                reference.description += &format!("; the exact solver was not used: {error}");
                 reference
             }
+            reference => reference?,
         },
-        ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, watch)? {
-            Some(reference) => reference,
-            None => return Ok(None),
-        },
+        ReferenceChoice::Runs { method, check, rtol } => by_runs(study, [*method, *check], *rtol, watch)?,
     };
-    if reference.events.is_empty() {
-        let why = "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer";
-        return Err(StudyError::NoReference(why.to_owned()));
+    match reference.events.is_empty() {
+        true => Err(Error::computation(
+            "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer",
+        )),
+        false => Ok(reference),
     }
-    Ok(Some(reference))
 }
 
-/// Reference by one run. Its uncertainty is the distance to a run by an independent method. `None` if interrupted.
+/// Reference by one run. Its uncertainty is the distance to a run by an independent method.
 fn by_runs(
     study: &PrecisionStudy,
     [method, check]: [Method; 2],
     rtol: f64,
     watch: &dyn Watch,
-) -> Result<Option<PrecisionReference>, StudyError> {
+) -> Result<PrecisionReference, Error> {
     let mut sequences = Vec::with_capacity(2);
     for (done, case) in study.reference_cases.iter().enumerate() {
         let by = case.solver.method;
-        if begin(study, done, by, watch).is_none() {
-            return Ok(None);
-        }
-        let report = integrate(case, watch).map_err(|failure| {
+        begin(study, done, by, watch)?;
+        let report = integrate(case, watch)?.map_err(|failure| {
             let by = by.name();
-            StudyError::NoReference(format!(
+            Error::computation(format!(
                 "the reference cannot be computed: method {by} fails: {failure}; name other methods in [reference], or a truth"
             ))
         })?;
-        let Some(report) = report else {
-            return Ok(None);
-        };
         sequences.push(sequence(&report.events));
     }
     let checked = sequences.pop().unwrap_or_default();
@@ -234,11 +235,9 @@ fn by_runs(
     if !alike(&events, &checked) {
         let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
         let parting = parting.unwrap_or(events.len().min(checked.len()));
-        let time = events
-            .get(parting)
-            .or(checked.get(parting))
-            .map_or(f64::NAN, |event| event.1);
-        return Err(StudyError::NoReference(format!(
+        let event = events.get(parting).or(checked.get(parting));
+        let time = event.map_or(f64::NAN, |event| event.1);
+        return Err(Error::computation(format!(
             "there is no reference: {} and {} at rtol {rtol:e} disagree in the sequence of events ({} and {}), first at t = {time:.9} s, \
              so no error can be measured. Without a perturbation that stands above rounding no method converges: set one, tighten \
              reference.rtol, or name a truth",
@@ -248,7 +247,7 @@ fn by_runs(
             checked.len()
         )));
     }
-    Ok(Some(PrecisionReference {
+    Ok(PrecisionReference {
         description: format!(
             "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
             method.name(),
@@ -256,7 +255,7 @@ fn by_runs(
         ),
         uncertainties: events.iter().zip(&checked).map(|(a, b)| (a.1 - b.1).abs()).collect(),
         events,
-    }))
+    })
 }
 
 const LONGEST: Duration = Duration::from_secs(30);
@@ -264,24 +263,14 @@ const LONGEST: Duration = Duration::from_secs(30);
 /// Digits of the oracle's events: more than a double has.
 const DIGITS: u32 = 18;
 
-fn by_oracle(
-    study: &PrecisionStudy,
-    exact: &ExactCase,
-    watch: &dyn Watch,
-) -> Result<Option<PrecisionReference>, String> {
-    let (by, _, case) = study.runs.first().ok_or("the study has no run")?;
+fn by_oracle(study: &PrecisionStudy, exact: &ExactCase, watch: &dyn Watch) -> Result<PrecisionReference, Error> {
+    let (by, _, case) = study.runs.first().ok_or_else(|| Error::input("the study has no run"))?;
     let request = OracleRequest {
         threshold: exact.threshold.clone(),
         ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };
-    if begin(study, 0, *by, watch).is_none() {
-        return Ok(None);
-    }
-    let solution = match solve(&exact.system, &request, &|| watch.stopped()) {
-        Ok(solution) => solution,
-        Err(OracleError::Interrupted(_)) => return Ok(None),
-        Err(error) => return Err(error.to_string()),
-    };
+    begin(study, 0, *by, watch)?;
+    let solution = solve(&exact.system, &request, &|| watch.stopped())?;
     let events = solution.report.events.iter().zip(&solution.errors);
     let in_word = events.filter(|(event, _)| event.kind.in_event_sequence());
     let (events, uncertainties) = in_word
@@ -290,14 +279,14 @@ fn by_oracle(
             ((event.kind, time), error.max(time.next_up() - time))
         })
         .unzip();
-    Ok(Some(PrecisionReference {
+    Ok(PrecisionReference {
         description: format!(
             "the exact solver with {} digits; its uncertainty is the distance of neighbouring doubles",
             solution.digits_computed
         ),
         events,
         uncertainties,
-    }))
+    })
 }
 
 fn alike(a: &[(EventKind, f64)], b: &[(EventKind, f64)]) -> bool {
@@ -338,15 +327,14 @@ fn measure(
     reference: &PrecisionReference,
     repeat: usize,
     watch: &dyn Watch,
-) -> Option<Measurement> {
+) -> Result<Measurement, Error> {
     let mut measurement = Measurement::new(method, knob);
     for _ in 0..repeat {
         let clock = Instant::now();
-        let result = integrate(case, watch);
+        let result = integrate(case, watch)?;
         measurement.wall_time = measurement.wall_time.min(clock.elapsed().as_secs_f64());
         match result {
-            Ok(None) => return None,
-            Ok(Some(report)) => {
+            Ok(report) => {
                 let events = sequence(&report.events);
                 measurement.errors = errors(reference, &events);
                 measurement.events = events.len();
@@ -358,9 +346,9 @@ fn measure(
             }
             Err(failure) => {
                 measurement.failure = Some(failure);
-                return Some(measurement);
+                return Ok(measurement);
             }
         }
     }
-    Some(measurement)
+    Ok(measurement)
 }

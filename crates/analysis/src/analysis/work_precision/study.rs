@@ -1,6 +1,6 @@
 //! Study file of a work-precision study in TOML. Problems are reported all at once, each with file, line and key.
 
-use crate::study::{Head, StudyReader, StudySource, written};
+use crate::study::{StudyHead, StudyReader, StudySource, written};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -71,14 +71,10 @@ impl Serialize for Knob {
 }
 
 /// Valid study with valid cases.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct PrecisionStudy {
-    /// Title.
-    pub title: String,
-    /// Source text.
-    pub source: StudySource,
-    /// Label of the common case.
-    pub case_label: String,
+    /// Title, common case, settings.
+    pub head: StudyHead,
     /// Cases in the order of the study; only method and tolerance or step differ.
     pub runs: Vec<(Method, Knob, Case)>,
     /// Reference of the errors.
@@ -87,8 +83,6 @@ pub struct PrecisionStudy {
     pub reference_cases: Vec<Case>,
     /// Repetitions of each run; the least time counts.
     pub repeat: usize,
-    /// Input files, which must not be overwritten.
-    pub files: Vec<PathBuf>,
 }
 
 const KEYS: [&str; 6] = ["title", "case", "set", "repeat", "series", "reference"];
@@ -103,12 +97,12 @@ impl PrecisionStudy {
     /// Reads a study, or reports all its problems with place, key and remedy.
     pub fn parse(source: StudySource) -> Result<PrecisionStudy, CaseError> {
         let (mut reader, root) = StudyReader::open(&source, &KEYS)?;
-        let head = Head::read(&mut reader, &root, &source, Vec::new(), &[]);
+        let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), &[]);
         let is_valid = check_case(&mut reader, &root, &head);
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
         let missing = "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
         for (path, node) in reader.tables(&root, "series", Some(missing)) {
-            let Some((methods, knobs)) = read_series(&mut reader, &head.keys, node, &path) else {
+            let Some((methods, knobs)) = read_series(&mut reader, &keys, node, &path) else {
                 continue;
             };
             if methods.len().saturating_mul(knobs.len()) > MOST_RUNS - pairs.len() {
@@ -124,33 +118,29 @@ impl PrecisionStudy {
             }
         }
         let reference = match root.at("reference") {
-            Some(node) => read_reference(&mut reader, &head.keys, &source, node),
+            Some(node) => read_reference(&mut reader, &keys, &head.source, node),
             // The oracle solves the case as it is written.
-            None => head.base.as_ref().filter(|_| is_valid).and_then(|base| {
-                let exact = Case::exact(base, &head.settings);
-                let exact = exact
-                    .map_err(|error| report_case(&mut reader, &root, "case", &error))
-                    .ok();
-                Some(ReferenceChoice::Oracle(Box::new(exact?)))
-            }),
+            None if !is_valid => None,
+            None => match Case::exact(&head.base, &head.settings) {
+                Ok(exact) => Some(ReferenceChoice::Oracle(Box::new(exact))),
+                Err(error) => {
+                    report_case(&mut reader, &root, "case", &error);
+                    None
+                }
+            },
         };
         let repeat = reader.whole_or(&root, "", "repeat", 1..=1000, 1);
-        let (Some(base), Some(reference), Some(repeat), true) = (&head.base, reference, repeat, reader.is_clean())
-        else {
+        let (Some(reference), Some(repeat), true) = (reference, repeat, reader.is_clean()) else {
             return Err(reader.into_error());
         };
         // Case of a run. An invalid case is reported at a key of the study.
         let mut run = |key: &str, method: Method, knob: Knob| -> Option<Case> {
-            let mut overrides = head.settings.clone();
-            overrides.push(Override::setting(
-                "solver.method",
-                &Setting::Text(method.name().to_owned()),
-            ));
-            overrides.push(match knob {
+            let accuracy = match knob {
                 Knob::Tolerance(rtol) => Override::number(TOLERANCE, rtol),
                 Knob::FixedStep(step) => Override::number(method.step_key(), step),
-            });
-            let case = Case::read(base, &overrides);
+            };
+            let method = Setting::Text(method.name().to_owned());
+            let case = head.case_with([Override::setting("solver.method", &method), accuracy]);
             let mut case = case
                 .map_err(|error| report_case(&mut reader, &root, key, &error))
                 .ok()?;
@@ -161,12 +151,8 @@ impl PrecisionStudy {
             .into_iter()
             .map(|(method, knob, key)| Some((method, knob, run(&key, method, knob)?)));
         let runs: Option<Vec<_>> = runs.collect();
-        let mut files = head.files;
         let of_reference = match &reference {
-            ReferenceChoice::Truth(path) => {
-                files.push(path.clone());
-                None
-            }
+            ReferenceChoice::Truth(_) => None,
             ReferenceChoice::Oracle(..) => Some((FALLBACK, "case", TIGHTEST)),
             ReferenceChoice::Runs { method, check, rtol } => Some(([*method, *check], "reference", *rtol)),
         };
@@ -179,15 +165,15 @@ impl PrecisionStudy {
         let (Some(runs), Some(reference_cases)) = (runs, reference_cases) else {
             return Err(reader.into_error());
         };
+        if let ReferenceChoice::Truth(path) = &reference {
+            head.files.push(path.clone());
+        }
         Ok(PrecisionStudy {
-            title: head.title,
-            case_label: base.label(),
-            source,
+            head,
             runs,
             reference,
             reference_cases,
             repeat: repeat as usize,
-            files,
         })
     }
 }
@@ -203,15 +189,17 @@ fn report_case(reader: &mut StudyReader, root: &PlacedValue, key: &str, error: &
 }
 
 /// Checks the common case first, so that its problems are reported at its own keys.
-fn check_case(reader: &mut StudyReader, root: &PlacedValue, head: &Head) -> bool {
+fn check_case(reader: &mut StudyReader, root: &PlacedValue, head: &StudyHead) -> bool {
     for setting in &head.settings {
         if let (true, Some(place)) = (VARIED.contains(&setting.key()), setting.origin()) {
             let message = "is what the study varies: use a [[series]]";
             reader.report_at(place, &format!("set.{}", setting.key()), message);
         }
     }
-    let Some(base) = &head.base else { return false };
-    let Err(mut error) = Case::read(base, &head.settings) else {
+    if !head.is_readable() {
+        return false;
+    }
+    let Err(mut error) = head.case_with([]) else {
         return true;
     };
     error.problems.retain(|problem| match written(&head.settings, problem) {
