@@ -1,13 +1,13 @@
 //! `stickslip plot` with files of many runs, and with certified files: the drawings show the values of the file.
 
-use crate::common::cli::{Folder, json, refusal, says};
+use crate::common::cli::{Folder, json, says};
 use crate::common::page::{document, doubles};
 use plotters::style::RGBColor;
 use std::collections::BTreeMap;
 use std::path::Path;
-use stickslip::plot::colors;
 use stickslip::plot::figure::{Cell, ColorKey};
 use stickslip::plot::studies::{self, Choice, StudyData};
+use stickslip::plot::style;
 use stickslip::results::{ResultFile, StudyFile};
 
 /// Sticks after a stop from a low speed, which take milliseconds to compute. The two lowest frictions are invalid.
@@ -151,7 +151,11 @@ fn cli_a_map_has_the_values_of_the_file() {
                 panic!("no value")
             };
             let step = ((value - low) / (high - low) * 256.0).floor().min(255.0);
-            assert_eq!(*drawn, hex(colors::at((step + 0.5) / 256.0)), "{row} {column}: {value}");
+            assert_eq!(
+                *drawn,
+                hex(style::shade((step + 0.5) / 256.0)),
+                "{row} {column}: {value}"
+            );
         }
     }
 }
@@ -306,8 +310,7 @@ fn cli_more_axes_are_panels_or_held() {
         (&["map.h5"], &["drawn by itself"]),
     ];
     for (arguments, words) in cases {
-        let said = refusal(&mut folder.stickslip(&[&["plot", "map.h5"], arguments].concat()));
-        says(&said, words);
+        folder.refused(&[&["plot", "map.h5"], arguments].concat(), words);
     }
 }
 
@@ -332,12 +335,8 @@ fn cli_a_sample_has_its_distribution() {
     onsets.sort_by(f64::total_cmp);
     assert!(onsets.iter().all(|time| time.is_finite()), "{onsets:?}");
     let document = folder.json("plot map.h5");
-    let names: Vec<&str> = document["files"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|f| f["figure"].as_str().unwrap())
-        .collect();
+    let as_array = document["files"].as_array().unwrap();
+    let names: Vec<&str> = as_array.iter().map(|f| f["figure"].as_str().unwrap()).collect();
     assert!(names.contains(&"samples-onset_time"), "{names:?}");
     assert!(names.contains(&"plane-onset_time"), "{names:?}");
     let own = &document["distributions"][0];
@@ -470,10 +469,7 @@ fn cli_a_certified_file_has_its_uncertainties() {
         assert_eq!(value, stored[k].max(1e-16), "{k}");
     }
     folder.ok("run belt-coulomb -q --no-witness");
-    folder.refused(
-        "plot belt-coulomb.h5 --only event-uncertainties",
-        &["stickslip certify"],
-    );
+    folder.refused("plot belt-coulomb.h5 --only event-uncertainties", "stickslip certify");
 }
 
 #[test]

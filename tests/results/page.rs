@@ -9,7 +9,6 @@ use crate::common::page::{Page, assert_decoded, codes, doubles};
 use crate::common::results::{header, record, stick_slip, write};
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
-use stickslip::plot::PlotError;
 use stickslip::plot::page::{self, SIZE_LIMIT, SIZE_LIMIT_OF_TWO};
 use stickslip::record::EventKind;
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, partial_path};
@@ -336,10 +335,7 @@ fn results_a_second_run_with_too_few_samples_has_its_own_remedy() {
     page::write(&first, Some(&second), &target, false).unwrap();
     let page = Page::read(&target);
     assert!(page.run["remedy"].is_null());
-    says(
-        page.run["second"]["remedy"].as_str().unwrap(),
-        &["stickslip run paper.h5"],
-    );
+    says(page.run["second"]["remedy"].as_str().unwrap(), "stickslip run paper.h5");
     let text = std::fs::read_to_string(&target).unwrap();
     assert!(!text.contains("${run.remedy}"));
 }
@@ -362,11 +358,8 @@ fn results_the_paper_stands_beside_its_own_case_only() {
     let folder = tempfile::tempdir().unwrap();
     let (_, _, page) = page_of(&run(&folder, &[]));
     assert_eq!(page.run["beside_paper"], true);
-    let row = page.run["headline"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|row| row["name"] == "onset of stick-slip");
+    let as_array = page.run["headline"].as_array().unwrap();
+    let row = as_array.iter().find(|row| row["name"] == "onset of stick-slip");
     assert_eq!(row.unwrap()["value"], "6.975001494 s");
     assert_eq!(row.unwrap()["paper"], "6.975 s");
     let path = folder.path().join("made-up.h5");
@@ -466,7 +459,6 @@ fn results_a_file_without_samples_has_no_page() {
     let file = ResultFile::open(&path).unwrap();
     let target = folder.path().join("empty.html");
     let error = page::write(&file, None, &target, false).unwrap_err();
-    assert!(matches!(error, PlotError::NoSamples { .. }), "{error}");
     assert!(error.to_string().contains("empty.h5: has no trajectory"), "{error}");
     assert!(!target.exists());
 }
