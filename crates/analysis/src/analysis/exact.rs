@@ -78,8 +78,8 @@ pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event
     }
 }
 
-/// Removes exact separations shorter than the spacing of doubles at their time, unless the run has them. Such a
-/// separation comes from ringing below rounding where the force touches zero at a corner.
+/// Removes exact separations shorter than the spacing of doubles at their time, unless the run has them. Their
+/// cause is ringing below rounding where the force touches zero at a corner.
 fn drop_unresolved_separations(solution: &mut OracleSolution, own: &[Event]) {
     let events = &mut solution.report.events;
     let mut index = 0;

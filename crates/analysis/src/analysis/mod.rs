@@ -4,17 +4,17 @@
 //! |---|---|
 //! | `run` | run into a recorder, a file, or memory, with its summary |
 //! | `summary`, `headline` | main numbers and outcome, and their text |
-//! | `attractor`, `section`, `smooth`, `forcing` | periodic motion: by events, by the forcing, or without both |
+//! | `attractor`, `section`, `forcing` | periodic motion: by events, by the forcing, or without both |
 //! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
 //! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method, and its repetition with finer settings |
 //! | `certification`, `certify_report` | certificate of a result and its sensitivities; as a document, and as groups of a file |
-//! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties; error bands |
-//! | `exact`, `truth` | events of the oracle, or of another code with more digits |
+//! | `ladder`, `certificate`, `bands` | runs by independent methods until a deadline; verdicts and uncertainties; error bands |
+//! | `exact` | events of the oracle, or of another code with more digits |
 //! | `advice` | remedies for a result with too few true digits |
 //! | `linearised`, `sensitivity` | derivatives of a run; effects of changed parameters |
 //! | [`stability`] | modes, steady sliding and its stability, growth |
 //! | [`work_precision`] | errors and costs of methods by tolerances |
-//! | `distribution`, `deadline` | a quantity over many runs; time limit of a command |
+//! | `distribution` | a quantity over many runs |
 
 pub mod advice;
 mod attractor;

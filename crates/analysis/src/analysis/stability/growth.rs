@@ -21,7 +21,7 @@ pub struct Growth {
     pub smooth_end: f64,
     /// G: integral of max(0, Re lambda) from the instability to `smooth_end`, the largest possible gain.
     pub exponent: f64,
-    /// The same integral up to the run's first stick.
+    /// Integral of max(0, Re lambda) from the instability to the run's first stick.
     pub to_first_stick: f64,
     /// Integral of Re lambda from the kick to the run's first stick: a gain, or a loss in stable sliding. The kick
     /// with the largest effect at the first stick counts; `None` without an effective kick.

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Stability changes at s = i omega: at the zeros of Im Z(i omega), where kappa = -Re Z. No matrix is involved, so for
-//! one grounded inertia the result is its damping to the last digit. As kappa falls through -Re Z, a pair of
+//! one grounded inertia the result is its damping to the last digit. When kappa falls through -Re Z, a pair of
 //! eigenvalues moves right if Im Z rises with omega, and left if it falls. Without contact the trains are passive: for
 //! kappa >= 0 nothing grows.
 
