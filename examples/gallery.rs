@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::Path;
 use stickslip::analysis::Modes;
 use stickslip::analysis::SavedRun;
-use stickslip::analysis::stability::onset::onsets;
+use stickslip::analysis::stability::growth::onsets;
 use stickslip::analysis::work_precision::{self, PrecisionStudy, StudySource};
 use stickslip::case::{Case, CaseSource};
 use stickslip::output::{Output, Product};

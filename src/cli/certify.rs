@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use stickslip_analysis::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use stickslip_analysis::analysis::bands::{Compared, columns, compared_output};
 use stickslip_analysis::analysis::certificate::{Certificate, Verdict};
-use stickslip_analysis::analysis::stability::onset::{Onset, onsets};
+use stickslip_analysis::analysis::stability::growth::{Onset, onsets};
 use stickslip_analysis::analysis::{Certified, Certify, CertifyReport, Deadline, SavedRun, Stage, Warning, Written};
 use stickslip_case::{Case, CaseSource, Origin};
 use stickslip_files::{ResultError, ResultFile, Status, check_target, write_certified};

@@ -5,7 +5,7 @@ use super::style::{GREY, PALETTE};
 use crate::Error;
 use plotters::style::RGBColor;
 use std::path::Path;
-use stickslip_analysis::analysis::stability::onset::{METHODS, Onset};
+use stickslip_analysis::analysis::stability::growth::{METHODS, Onset};
 use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, StudyResult};
 
 /// Smallest drawn error, s, below any uncertainty of seconds in doubles. Zero has no logarithm.

@@ -255,7 +255,7 @@ mod variation {
     use std::ops::ControlFlow;
     use stickslip::Run;
     use stickslip::case::{Case, CaseSource, Override, WrittenCase};
-    use stickslip::record::{MemoryRecorder, NoRecorder};
+    use stickslip::record::MemoryRecorder;
     use stickslip::simulation::{Method, OutputOptions, SolverOptions};
     use stickslip::simulation::{MovedCases, MovedSystem, variation};
 
@@ -299,7 +299,6 @@ mod variation {
                 &columns,
                 &case.solver,
                 &output,
-                &mut NoRecorder,
                 &mut |_| ControlFlow::Continue(()),
             )
             .unwrap();
@@ -327,7 +326,7 @@ mod variation {
                 };
                 let (wide, narrow) = (difference(1e-5), difference(1e-6));
                 assert_eq!(found.events.len(), narrow.len(), "{name} {}", number.path);
-                for (event, row) in found.events.iter().map(|event| &event.times).enumerate() {
+                for (event, row) in found.passages.iter().map(|event| &event.times).enumerate() {
                     let best = narrow[event] + (narrow[event] - wide[event]) / 99.0;
                     // Rounding of the times in the narrow difference.
                     let noise = 1e-8 * case.output.end_time / size;

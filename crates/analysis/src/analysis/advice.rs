@@ -3,8 +3,7 @@
 use super::bands::compared_output;
 use super::certificate::{Certificate, Verdict, certify};
 use super::exact::partners;
-use super::ladder::run;
-use super::verdict::{LEAST_WITNESSES, significant};
+use super::ladder::{LEAST_WITNESSES, run, significant};
 use super::warning::{KICK_OPTION, finer};
 use stickslip_case::Case;
 use stickslip_engine::simulation::{Method, SolverOptions};

@@ -9,9 +9,8 @@
 //! without further contact events, the minima of the relative velocity are the sections.
 
 use super::forcing::{common_period, harmonics};
-use super::section::{Hits, Repetition, SectionHit, Sizes, larger, sizes_of};
+use super::section::{self, Hits, Repetition, SectionHit, Sizes, larger, sense, sizes_of};
 use super::sequence::Sequence;
-use super::smooth;
 use serde::Serialize;
 use stickslip_engine::simulation::{PortraitPoint, Section, further, portrait};
 use stickslip_system::model::Mode;
@@ -107,15 +106,6 @@ pub(super) struct Recurrence<'a> {
     next_marks: Vec<f64>,
     marks: Vec<Section>,
     last: Option<Section>,
-}
-
-/// Sign of the relative velocity (rad/s): known from the mode of a sliding contact, but not of an engaged one.
-pub(super) fn sense(mode: Mode, relative_velocity: f64) -> i8 {
-    match mode {
-        Mode::Engaged if relative_velocity < 0.0 => -1,
-        Mode::Engaged => 1,
-        mode => mode.sense(),
-    }
 }
 
 impl<'a> Recurrence<'a> {
@@ -230,11 +220,11 @@ impl<'a> Recurrence<'a> {
         let mut per_second = 0.0;
         for mark in self.marks.iter().rev() {
             let span = end.time - mark.time;
-            if per_second * span > smooth::MOST_STEPS as f64 {
+            if per_second * span > section::MOST_STEPS as f64 {
                 break;
             }
             let mut hits = Hits::new(self.hits.groups().to_vec(), Vec::new());
-            let Some(steps) = smooth::sections(trains, threshold, mark, end.time, self.sticks, &mut hits) else {
+            let Some(steps) = section::sections(trains, threshold, mark, end.time, self.sticks, &mut hits) else {
                 break;
             };
             per_second = steps as f64 / span;
@@ -248,7 +238,7 @@ impl<'a> Recurrence<'a> {
 
     pub fn is_steady(&self, trains: &System, threshold: f64) -> bool {
         let ends = self.end_by_itself().zip(self.marks.last());
-        ends.is_some_and(|(end, mark)| smooth::is_steady(trains, threshold, [mark, end], self.hits.groups()))
+        ends.is_some_and(|(end, mark)| section::is_steady(trains, threshold, [mark, end], self.hits.groups()))
     }
 }
 

@@ -6,14 +6,13 @@
 //! band of a stretch bounds the error at the phase of a row. At the row's time, the rate times the uncertainty of the
 //! stretch's ends is added.
 
+use super::ladder::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use super::ladder::{Finished, counterparts, finest_arkode, shares_errors, time_scale, witnesses as witnesses_of};
-use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::provenance::extension;
 use std::ops::Range;
 use stickslip_case::Case;
-use stickslip_engine::simulation::Course;
 use stickslip_engine::simulation::sampling::SampleTimes;
-use stickslip_engine::simulation::{Following, OutputOptions};
+use stickslip_engine::simulation::{Course, Following, OutputOptions};
 use stickslip_files::schema;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;

@@ -8,17 +8,15 @@
 
 use super::Summary;
 use super::bands::{Bands, bands, compared_output};
-use super::deadline::Deadline;
 use super::ladder::{
-    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest_arkode, many_periods, matched, run, shares_errors,
-    time_scale, witnesses,
+    Deadline, Finished, LEAST_WITNESSES, Ladder, Rung, agree, can_lose_stability, climb, finest_arkode, many_periods,
+    matched, run, shares_errors, time_scale, witnesses,
 };
 use super::linearised::{Linearised, linearise};
-use super::verdict::LEAST_WITNESSES;
 use super::warning::{Warning, warnings};
 use crate::error::Error;
 
-pub use super::verdict::{CertifiedEvent, Verdict};
+pub use super::ladder::{CertifiedEvent, Verdict};
 
 use serde::Serialize;
 use std::borrow::Cow;

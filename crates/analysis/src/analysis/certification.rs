@@ -1,10 +1,9 @@
 //! [`Certify`]: certificate of a result by ladder and oracle, and sensitivities of its events.
 
 use super::certificate::{Certificate, certify_until};
-use super::deadline::Deadline;
 use super::exact::{LONGEST, ORACLE_DIGITS, settle};
+use super::ladder::{CertifiedEvent, Deadline, Verdict};
 use super::sensitivity::{CaseSensitivities, sensitivities};
-use super::verdict::{CertifiedEvent, Verdict};
 use crate::error::Error;
 use std::time::Duration;
 use stickslip_case::{Case, CaseError, CaseSource, ExactCase, Override, WrittenCase};

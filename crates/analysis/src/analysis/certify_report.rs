@@ -7,7 +7,7 @@ use super::certification::Certified;
 use super::ladder::Rung;
 use super::linearised::Slope;
 use super::sensitivity::{Affected, CaseSensitivities, Sensitivities, Sensitivity, SensitivityRerun};
-use super::stability::onset::Onset;
+use super::stability::growth::Onset;
 use crate::provenance::extension;
 use serde::{Serialize, Serializer};
 use serde_json::json;

@@ -1,13 +1,11 @@
-//! The ladder: runs of a case by independent methods at several tolerances, matched with the events of a result.
+//! The ladder: runs of a case by independent methods at several tolerances, matched with the events of a result, and the
+//! verdict on each event.
 
-use super::deadline::Deadline;
-use super::verdict::LEAST_WITNESSES;
 use serde::Serialize;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use stickslip_case::Case;
 use stickslip_engine::run::Run;
-use stickslip_engine::simulation::{Method, OutputOptions, RunReport, SolverOptions};
-use stickslip_engine::simulation::{natural_period, single_method};
+use stickslip_engine::simulation::{Method, OutputOptions, RunReport, SolverOptions, natural_period, single_method};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::model::margin;
 use stickslip_system::record::{Event, FurtherColumns, MemoryRecorder};
@@ -317,4 +315,116 @@ pub(super) fn counterparts<'a>(result: &[Event], run: &'a Finished) -> Vec<Optio
             false => other(index),
         })
         .collect()
+}
+
+/// Number of independent witnesses that must confirm the result's sequence of events.
+pub(super) const LEAST_WITNESSES: usize = 2;
+
+/// Verdict on an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Independent methods agree.
+    Converged,
+    /// Amplified rounding: no tolerance makes the event converge.
+    NoiseDetermined,
+    /// Independent methods find another sequence from here on.
+    SequenceDiffers,
+}
+
+impl Verdict {
+    /// Codes and names in result files and reports.
+    pub const WORDS: [(i8, &'static str); 3] = [(0, "converged"), (1, "noise-determined"), (2, "sequence-differs")];
+
+    /// Name in result files and reports.
+    pub fn name(self) -> &'static str {
+        Verdict::WORDS[self as usize].1
+    }
+}
+
+/// Event of the certified result. In JSON, a number that is not finite is null.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CertifiedEvent {
+    /// Time, s.
+    pub time: f64,
+    /// Kind of the event.
+    pub kind: &'static str,
+    /// Verdict on the event.
+    pub verdict: Verdict,
+    /// Bound on the distance from the exact solution, s; infinite unless the event has converged.
+    pub uncertainty: f64,
+    /// Verdict of the ladder alone; equal to `verdict` without the oracle.
+    pub ladder_verdict: Verdict,
+    /// Uncertainty by the ladder alone, s; infinite unless the event has converged there.
+    pub ladder_uncertainty: f64,
+    /// Own time less the oracle's, s; `None` without an exact event.
+    pub true_error: Option<f64>,
+    /// Exact time with its true digits; `None` without the oracle.
+    pub exact: Option<String>,
+    /// Limit of double precision, s: rounding of parameters, and of state and clock at earlier events; NaN if unknown.
+    pub rounding: f64,
+    /// e-folds of a deviation from the loss of stability to just after the event.
+    pub growth: Option<f64>,
+}
+
+impl CertifiedEvent {
+    /// True significant decimal digits of the time; 0 unless the event has converged.
+    pub fn digits(&self) -> u32 {
+        significant(self.time, self.uncertainty)
+    }
+
+    /// Largest number of digits of the time in double precision; `None` if unknown.
+    pub fn most_digits(&self) -> Option<u32> {
+        (!self.rounding.is_nan()).then(|| significant(self.time, self.rounding))
+    }
+}
+
+pub(super) fn significant(value: f64, error: f64) -> u32 {
+    let digits = (value.abs() / error).log10().floor();
+    if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }
+}
+
+pub(super) const INTERRUPTED: &str = "interrupted";
+
+/// Deadline of a command; none by default.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Deadline {
+    /// `None` without a limit, or if the limit exceeds the clock's range.
+    end: Option<Instant>,
+    allowed: f64,
+}
+
+impl Deadline {
+    /// Deadline `seconds` after `begin`.
+    pub fn after(begin: Instant, seconds: Option<f64>) -> Deadline {
+        let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        Deadline {
+            end: duration.and_then(|duration| begin.checked_add(duration)),
+            allowed: seconds.unwrap_or_default(),
+        }
+    }
+
+    /// Whether the deadline has passed.
+    pub fn is_over(&self) -> bool {
+        self.end.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// Wall time (s) left for a run that begins now and may have a limit of its own.
+    pub fn limit(&self, own: Option<f64>) -> Option<f64> {
+        let left = self
+            .end
+            .map(|end| end.saturating_duration_since(Instant::now()).as_secs_f64());
+        own.into_iter().chain(left).reduce(f64::min)
+    }
+
+    /// Reason why a part is missing. An interruption that the user did not request is due to the deadline.
+    pub fn explain(&self, why: String, stopped: bool) -> String {
+        if why != INTERRUPTED || stopped {
+            return why;
+        }
+        format!(
+            "the wall time of {} s was over before their runs were done; allow more (--max-wall-time)",
+            self.allowed
+        )
+    }
 }

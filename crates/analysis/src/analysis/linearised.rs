@@ -8,7 +8,7 @@ use stickslip_case::{Case, CaseNumber, WrittenCase};
 use stickslip_engine::simulation::{Excitation, MovedCases, MovedSystem, variation};
 use stickslip_engine::simulation::{Method, OutputOptions, RunFailure, SolverOptions};
 use stickslip_system::model::Mode;
-use stickslip_system::record::{Event, EventKind, Recorder, RecorderError};
+use stickslip_system::record::EventKind;
 use stickslip_system::watch::go_on_unless;
 
 pub(super) const RTOL: f64 = 1e-13;
@@ -81,24 +81,6 @@ impl Linearised {
     }
 }
 
-#[derive(Debug, Default)]
-pub(super) struct LinearisedTimes(pub Vec<(f64, EventKind, Mode)>);
-
-impl Recorder for LinearisedTimes {
-    fn stores_motion(&self) -> bool {
-        false
-    }
-
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        self.0.push((event.time, event.kind, event.mode_after));
-        Ok(())
-    }
-
-    fn stores_events(&self) -> bool {
-        true
-    }
-}
-
 pub(super) fn by_series(case: &Case, max_steps: Option<usize>) -> SolverOptions {
     SolverOptions {
         method: Method::Series,
@@ -125,7 +107,6 @@ pub fn linearise(
             })
         })
         .collect();
-    let mut times = LinearisedTimes::default();
     let system = &case.system;
     let found = variation(
         (system, case.threshold),
@@ -135,13 +116,13 @@ pub fn linearise(
             ..by_series(case, None)
         },
         &OutputOptions::at_the_ends(case.output.end_time),
-        &mut times,
         &mut |_| go_on_unless(stop()),
     )?;
     let excitation = Excitation::new(system);
     let mut largest = vec![0.0f64; numbers.len()];
-    let pairs = times.0.into_iter().zip(found.events);
-    let events = pairs.map(|((time, kind, mode_after), passage)| {
+    let pairs = found.events.into_iter().zip(found.passages);
+    let events = pairs.map(|(event, passage)| {
+        let (time, kind) = (event.time, event.kind);
         let slope = |(index, number): (usize, &CaseNumber)| {
             if columns[2 * index].copies.is_empty() {
                 return Slope::NONE;
@@ -167,7 +148,7 @@ pub fn linearise(
         LinearisedEvent {
             time,
             kind,
-            mode_after,
+            mode_after: event.mode_after,
             by_parameter: numbers.iter().enumerate().map(slope).collect(),
             growth: passage.growth,
             per_deviation: passage.per_deviation,

@@ -4,17 +4,17 @@
 //! |---|---|
 //! | `run` | run into a recorder, a file, or memory, with its summary |
 //! | `summary`, `headline` | main numbers and outcome, and their text |
-//! | `attractor`, `section`, `smooth`, `forcing` | periodic motion: by events, by the forcing, or without both |
+//! | `attractor`, `section`, `forcing` | periodic motion: by events, by the forcing, or without both |
 //! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
 //! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method, and its repetition with finer settings |
 //! | `certification`, `certify_report` | certificate of a result and its sensitivities; as a document, and as groups of a file |
-//! | `ladder`, `certificate`, `verdict`, `bands` | runs by independent methods; uncertainties; error bands |
-//! | `exact`, `truth` | events of the oracle, or of another code with more digits |
+//! | `ladder`, `certificate`, `bands` | runs by independent methods until a deadline; verdicts and uncertainties; error bands |
+//! | `exact` | events of the oracle, or of another code with more digits |
 //! | `advice` | remedies for a result with too few true digits |
 //! | `linearised`, `sensitivity` | derivatives of a run; effects of changed parameters |
 //! | [`stability`] | modes, steady sliding and its stability, growth |
 //! | [`work_precision`] | errors and costs of methods by tolerances |
-//! | `distribution`, `deadline` | a quantity over many runs; time limit of a command |
+//! | `distribution` | a quantity over many runs |
 
 pub mod advice;
 mod attractor;
@@ -22,7 +22,6 @@ pub mod bands;
 pub mod certificate;
 pub mod certification;
 mod certify_report;
-mod deadline;
 pub mod distribution;
 pub mod exact;
 pub mod exponent;
@@ -35,11 +34,8 @@ mod run;
 mod section;
 pub mod sensitivity;
 mod sequence;
-mod smooth;
 pub mod stability;
 pub mod summary;
-pub mod truth;
-mod verdict;
 pub mod warning;
 pub mod witness;
 pub mod work_precision;
@@ -48,9 +44,9 @@ pub use attractor::{Attractor, Extremes};
 pub use certificate::{Certificate, certify};
 pub use certification::{Certified, Certify, Stage, Written};
 pub use certify_report::CertifyReport;
-pub use deadline::Deadline;
 pub use exponent::{Exponent, Neighbours};
 pub use headline::{HeadlineRow, headline};
+pub use ladder::Deadline;
 pub(crate) use run::recorded;
 pub use run::{KeptReport, Recorded, SavedReport, SavedRun};
 pub use section::{LONGEST_PERIOD, RECURRENCE_TOLERANCE};

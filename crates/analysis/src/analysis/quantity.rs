@@ -32,13 +32,13 @@ enum QuantityKind {
     ComputedCount,
 }
 
-/// What a number tells about.
+/// Subject of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum QuantitySubject {
     Run,
     /// Sliding whose loss of stability is watched.
     Growth,
-    /// The same; 0 in a sweep for sliding that keeps its stability and so amplifies nothing.
+    /// Like `Growth`, but 0 in a sweep if sliding keeps its stability and amplifies nothing.
     Amplification,
     /// The case of such sliding, whatever its motion.
     Case,
@@ -50,9 +50,9 @@ enum ListedIn {
     None,
     /// Counts are int64.
     All,
-    /// Of sliding that may lose its stability.
+    /// Files for sliding that may lose its stability.
     OfGrowth,
-    /// Of motions that may be periodic.
+    /// Files for motions that may be periodic.
     OfAttractors,
 }
 

@@ -6,18 +6,18 @@
 
 use super::Summary;
 use super::attractor::{Attractor, Recurrence};
-use super::deadline::INTERRUPTED;
-use super::linearised::{Linearised, LinearisedTimes, Slope, by_series, linearise};
+use super::ladder::INTERRUPTED;
+use super::linearised::{Linearised, Slope, by_series, linearise};
 use serde::Serialize;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseNumber, WrittenCase};
 use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
-use stickslip_engine::simulation::OutputOptions;
+use stickslip_engine::simulation::{OutputOptions, RunReport};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
-use stickslip_system::record::{Event, EventKind};
+use stickslip_system::record::{CycleStatistics, Event, EventKind, NoRecorder};
 
 /// A parameter is nonlinear if slope and rerun differ by more than this fraction of the larger shift.
 pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
@@ -217,20 +217,18 @@ pub struct CaseSensitivities {
 }
 
 struct Outrun {
-    events: Vec<(f64, EventKind, Mode)>,
-    steps: usize,
+    report: RunReport,
     attractor: Option<Attractor>,
-    final_stick: Option<f64>,
-    sticks: usize,
-    /// Whether the first stop ended smooth sliding.
-    smooth: bool,
-    kicked: bool,
     noise: bool,
 }
 
 impl Outrun {
     fn word(&self) -> Vec<EventKind> {
-        in_event_sequence(self.events.iter().map(|event| event.1))
+        in_event_sequence(self.report.events.iter().map(|event| event.kind))
+    }
+
+    fn cycles(&self) -> &CycleStatistics {
+        &self.report.digest.cycles
     }
 
     /// The result and its variation between nearly equal runs, s.
@@ -239,14 +237,18 @@ impl Outrun {
         match of {
             Affected::AttractorPeriod => {
                 let attractor = self.attractor.as_ref()?;
-                let until = self.events.last()?.0;
+                let until = self.report.events.last()?.time;
                 Some((
                     attractor.period,
                     attractor.distance * attractor.period + rounding(until),
                 ))
             }
-            Affected::FinalStick => self.final_stick.map(|time| (time, rounding(time))),
-            Affected::LastEvent => self.events.get(last).map(|event| (event.0, rounding(event.0))),
+            Affected::FinalStick => self.cycles().final_stick_time.map(|time| (time, rounding(time))),
+            Affected::LastEvent => self
+                .report
+                .events
+                .get(last)
+                .map(|event| (event.time, rounding(event.time))),
         }
     }
 
@@ -258,15 +260,25 @@ impl Outrun {
             },
             Affected::FinalStick => self.word() == other.word(),
             // If the sequence continues, only the events up to this event must agree.
-            Affected::LastEvent if last + 1 < other.events.len() => agreeing(&self.events, &other.events) > last,
-            Affected::LastEvent => agreeing(&self.events, &other.events) == self.events.len().max(other.events.len()),
+            Affected::LastEvent => {
+                let (own, others) = (&self.report.events, &other.report.events);
+                let same = agreeing(own.iter().map(after), others.iter().map(after));
+                if last + 1 < others.len() {
+                    same > last
+                } else {
+                    same == own.len().max(others.len())
+                }
+            }
         }
     }
 }
 
-fn agreeing(own: &[(f64, EventKind, Mode)], other: &[(f64, EventKind, Mode)]) -> usize {
-    let pairs = own.iter().zip(other);
-    pairs.take_while(|(a, b)| a.1 == b.1 && a.2 == b.2).count()
+fn after(event: &Event) -> (EventKind, Mode) {
+    (event.kind, event.mode_after)
+}
+
+fn agreeing<T: PartialEq>(own: impl Iterator<Item = T>, other: impl Iterator<Item = T>) -> usize {
+    own.zip(other).take_while(|(a, b)| a == b).count()
 }
 
 enum NoRun {
@@ -279,8 +291,8 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let (trains, threshold) = (&case.system, case.threshold);
-    let mut times = LinearisedTimes::default();
-    let mut recurrence = Recurrence::new(trains, &mut times, false, None);
+    let mut nobody = NoRecorder;
+    let mut recurrence = Recurrence::new(trains, &mut nobody, true, None);
     let ended = Run::new(case)
         .solver(&solver)
         .output(&output)
@@ -293,16 +305,10 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
         Ok(report) => report,
     };
-    let attractor = recurrence.attractor_of_events(trains, threshold);
     Ok(Outrun {
-        steps: report.work.iter().map(|work| work.steps as usize).sum(),
-        events: times.0,
-        attractor,
-        final_stick: report.digest.cycles.final_stick_time,
-        sticks: report.digest.cycles.stick_count,
-        smooth: report.stopped_smoothly,
-        kicked: !report.digest.kicks.is_empty(),
+        attractor: recurrence.attractor_of_events(trains, threshold),
         noise: Summary::of_run(&case.system, &report).noise_determined,
+        report,
     })
 }
 
@@ -338,10 +344,8 @@ pub fn sensitivities(
             &made
         }
     };
-    let own: Vec<_> = events.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
-    let found = linearised.events.iter().map(|e| (e.time, e.kind, e.mode_after));
-    let found: Vec<_> = found.collect();
-    let same = agreeing(&own, &found);
+    let found = linearised.events.iter().map(|event| (event.kind, event.mode_after));
+    let same = agreeing(events.iter().map(after), found);
     if same < certain {
         return Err(format!(
             "series agrees with {same} of the {certain} events that are certain"
@@ -355,25 +359,26 @@ pub fn sensitivities(
     Ok(CaseSensitivities {
         parameters: numbers.to_vec(),
         events: (0..same).map(slopes).collect(),
-        result: of_result(written, linearised, &found[..certain], stop),
+        result: of_result(written, linearised, certain, stop),
     })
 }
 
-/// Sensitivity of the run's result to each parameter. `certain`: events that are known to be true.
+/// Sensitivity of the run's result to each parameter. The first `certain` events are known to be true.
 fn of_result(
     written: &WrittenCase,
     linearised: &Linearised,
-    certain: &[(f64, EventKind, Mode)],
+    certain: usize,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Sensitivities> {
     // A corner of a signal is not a result.
-    let last = certain.iter().rposition(|event| event.1.in_event_sequence())?;
+    let known = &linearised.events[..certain];
+    let last = known.iter().rposition(|event| event.kind.in_event_sequence())?;
     let case = written.case();
     let base = run(case, None, &|| false).ok()?;
-    let all = certain.len() == base.events.len();
+    let all = certain == base.report.events.len();
     // A contact without sticking has no lasting final stick.
     let sticks = case.system.contact == ContactLaw::StickSlip;
-    let of = match (&base.attractor, base.final_stick) {
+    let of = match (&base.attractor, base.cycles().final_stick_time) {
         (Some(_), _) if all => Affected::AttractorPeriod,
         (None, Some(_)) if all && sticks => Affected::FinalStick,
         _ => Affected::LastEvent,
@@ -442,8 +447,8 @@ impl Differentiated<'_> {
         let found = match self.of {
             Affected::AttractorPeriod => self.slope_of_period(number)?,
             Affected::FinalStick => {
-                let at = self.base.final_stick?;
-                let event = self.base.events.iter().position(|event| event.0 == at)?;
+                let at = self.base.cycles().final_stick_time?;
+                let event = self.base.report.events.iter().position(|event| event.time == at)?;
                 self.linearised.slope(event, number)
             }
             Affected::LastEvent => self.linearised.slope(self.last, number),
@@ -461,8 +466,8 @@ impl Differentiated<'_> {
     /// in another mode, its events differ but its periods do not.
     fn slope_of_period(&self, number: usize) -> Option<Slope> {
         let sections = self.base.attractor.as_ref()?.sections;
-        let events = self.base.events.iter().enumerate();
-        let hits = events.filter(|(_, event)| matches!(event.1, EventKind::Slip | EventKind::Reversal));
+        let events = self.base.report.events.iter().enumerate();
+        let hits = events.filter(|(_, event)| matches!(event.kind, EventKind::Slip | EventKind::Reversal));
         let hits: Vec<usize> = hits.map(|(index, _)| index).collect();
         let from_last = |back: usize| {
             let event = hits[hits.len().checked_sub(1 + back * sections)?];
@@ -481,7 +486,8 @@ impl Differentiated<'_> {
         if self.base.noise {
             return Some("the onset is amplified rounding".to_owned());
         }
-        if self.base.steps > MOST_STEPS {
+        let work = self.base.report.work.iter();
+        if work.map(|work| work.steps as usize).sum::<usize>() > MOST_STEPS {
             return Some(format!(
                 "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each parameter"
             ));
@@ -549,7 +555,7 @@ impl Differentiated<'_> {
             outcome,
             // The time of a different event is not a shift.
             shift: shift.filter(|_| like || self.of != Affected::LastEvent),
-            sticks: Some(other.sticks),
+            sticks: Some(other.cycles().stick_count),
             remark: self.remarks(&other, outcome).join(", "),
         })
     }
@@ -580,9 +586,10 @@ impl Differentiated<'_> {
         if other.noise {
             remarks.push("amplified rounding".to_owned());
         }
-        if base.kicked && !other.kicked {
+        let is_kicked = |run: &Outrun| !run.report.digest.kicks.is_empty();
+        if is_kicked(base) && !is_kicked(other) {
             remarks.push("the kick comes after the first stick".to_owned());
-        } else if other.smooth && !base.smooth {
+        } else if other.report.stopped_smoothly && !base.report.stopped_smoothly {
             remarks.push("the kick has died out".to_owned());
         }
         remarks

@@ -66,18 +66,14 @@ impl Sequence {
     /// Times of the events that agree with those of `result`, s; NaN if missing. Events outside the sequence are
     /// matched by their index within their kind, up to the first event that differs.
     pub(super) fn times_of(&self, result: &Sequence, agreeing: usize) -> Vec<f64> {
-        let next = |sequence: &Sequence| sequence.events().nth(agreeing).map_or(f64::INFINITY, |event| event.1);
-        let known_until = next(self).min(next(result));
+        let differs = |sequence: &Sequence| sequence.events().nth(agreeing).map_or(f64::INFINITY, |event| event.1);
+        let known_until = differs(self).min(differs(result));
         let mut word = self.events().take(agreeing);
-        let mut others: Vec<(EventKind, usize)> = Vec::new();
+        let mut next = [0; EventKind::ALL.len()];
         let mut other = |kind: EventKind| {
-            let index = others.iter().position(|other| other.0 == kind).unwrap_or_else(|| {
-                others.push((kind, 0));
-                others.len() - 1
-            });
-            let from = others[index].1;
+            let from = next[kind as usize];
             let found = self.kinds[from..].iter().position(|own| *own == kind);
-            others[index].1 = found.map_or(self.kinds.len(), |found| from + found + 1);
+            next[kind as usize] = found.map_or(self.kinds.len(), |found| from + found + 1);
             found
                 .map(|found| self.times[from + found])
                 .filter(|own| *own < known_until)

@@ -21,10 +21,15 @@ pub(crate) const KICK_OPTION: &str =
     "--set 'perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}]'";
 
 /// Weakness of a result. It displays as one paragraph with a remedy.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
     /// The energy balance is open by more than the requested accuracy allows.
+    #[error(
+        "the energy balance does not close: it is off by {residual:.1e} J of the {turnover:.1e} J that the run turned \
+         over, {:.1e} relative, so the energies and angles of this result, at least, are not accurate. {remedy}",
+        .residual / .turnover
+    )]
     OpenBalance {
         /// Largest |residual|, J.
         residual: f64,
@@ -34,6 +39,11 @@ pub enum Warning {
         remedy: BalanceRemedy,
     },
     /// A guard turned back at its boundary, or had just left it, within the solver's resolution.
+    #[error(
+        "at t = {:.9} s the run comes within its own error of an event ({}){}: whether the contact changes \
+         there, and for how short a time, is not decided. {}",
+        .grazing.time, .grazing.guard, more_times(.grazing.count), finer(.solver)
+    )]
     Grazing {
         /// Count, first time, and guard.
         grazing: Grazing,
@@ -41,8 +51,18 @@ pub enum Warning {
         solver: SolverOptions,
     },
     /// The method locates events only to within a step.
+    #[error(
+        "nothing was located: the events have the times of ends of steps, and the method's own noise may have started \
+         the stick-slip. Compare this run with one by another method"
+    )]
     EventsNotLocated,
     /// Another method finds other events.
+    #[error(
+        "another method, {method}, agrees with {} only: {}. What follows may be amplified error of the \
+         methods, and no result: stickslip certify says which events hold; a smaller solver.rtol helps where the \
+         error is the method's, and a [[perturbation]] where an instability starts from rounding",
+        counted(*.agreeing), differs(*.from, *.apart)
+    )]
     OtherSequence {
         /// Name of the other method.
         method: &'static str,
@@ -54,6 +74,11 @@ pub enum Warning {
         apart: Option<(f64, f64)>,
     },
     /// Another method finds the same events, but other changes of stability.
+    #[error(
+        "another method, {method}, finds the same sequence of events, but {} changes of stability of steady sliding \
+         instead of {}; they differ from t = {:.6} s on. stickslip certify says which hold",
+        .stability.found, .stability.expected, .stability.from
+    )]
     OtherStability {
         /// Name of the other method.
         method: &'static str,
@@ -61,6 +86,10 @@ pub enum Warning {
         stability: OtherStability,
     },
     /// Another method finds the same events, but at a larger distance than the settings promise.
+    #[error(
+        "another method, {method}, finds the same events, but puts the one at t = {time:.6} s {apart:.1e} s away, which is \
+         more than the settings of the run promise. stickslip certify says how many digits hold"
+    )]
     OtherTimes {
         /// Name of the other method.
         method: &'static str,
@@ -70,6 +99,18 @@ pub enum Warning {
         apart: f64,
     },
     /// The stick-slip is amplified rounding.
+    #[error(
+        "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
+         t = {instability:.6} s, and until the first stick whatever deviates from smooth sliding grows by \
+         e^{growth_to_onset:.0} (of the growth exponent G = {growth_exponent:.1} up to where smooth sliding itself would \
+         stick); {}, so the onset, the counts and every event after it belong to this solver and this tolerance, and \
+         change with both. For a result that converges set a perturbation well above rounding, such as {kick}",
+        match .perturbed {
+            true => "no perturbation stands far enough above rounding when its growth begins",
+            false => "no perturbation is set",
+        },
+        kick = KICK_OPTION
+    )]
     NoiseDetermined {
         /// Loss of stability, s; NaN if unknown.
         instability: f64,
@@ -81,6 +122,11 @@ pub enum Warning {
         perturbed: bool,
     },
     /// The run ended before the times of kicks.
+    #[error(
+        "{count} of the kicks never came: the run ended at t = {end} s, before {} time; set a later \
+         output.end_time, or an earlier time of the kick",
+        if *.count == 1 { "its" } else { "their" }
+    )]
     KicksAfterTheEnd {
         /// Number of kicks.
         count: usize,
@@ -88,6 +134,7 @@ pub enum Warning {
         end: f64,
     },
     /// Kicks waited for a loss of stability in vain.
+    #[error("{count} of the kicks set at the instability never came: {}", never(*.stuck, *.end))]
     KicksWithoutInstability {
         /// Number of kicks.
         count: usize,
@@ -254,112 +301,33 @@ impl fmt::Display for BalanceRemedy {
     }
 }
 
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Warning::OpenBalance {
-                residual,
-                turnover,
-                remedy,
-            } => write!(
-                f,
-                "the energy balance does not close: it is off by {residual:.1e} J of the {turnover:.1e} J that the run turned \
-                 over, {:.1e} relative, so the energies and angles of this result, at least, are not accurate. {remedy}",
-                residual / turnover
-            ),
-            Warning::Grazing {
-                grazing: Grazing { count, time, guard },
-                solver,
-            } => write!(
-                f,
-                "at t = {time:.9} s the run comes within its own error of an event ({guard}){}: whether the contact changes \
-                 there, and for how short a time, is not decided. {}",
-                if *count > 1 {
-                    format!(", and so {} times more", count - 1)
-                } else {
-                    String::new()
-                },
-                finer(solver)
-            ),
-            Warning::OtherSequence {
-                method,
-                agreeing,
-                from,
-                apart,
-            } => {
-                let agreeing = match agreeing {
-                    0 => "no event".to_owned(),
-                    1 => "one event".to_owned(),
-                    events => format!("{events} events"),
-                };
-                let differs = match apart {
-                    Some((apart, share)) => format!(
-                        "the next, at t = {from:.6} s, it finds {apart:.1e} s away, {share:.1e} of the time since the event before"
-                    ),
-                    None => format!("from t = {from:.6} s on it finds others"),
-                };
-                write!(
-                    f,
-                    "another method, {method}, agrees with {agreeing} only: {differs}. What follows may be amplified error of the \
-                     methods, and no result: stickslip certify says which events hold; a smaller solver.rtol helps where the \
-                     error is the method's, and a [[perturbation]] where an instability starts from rounding"
-                )
-            }
-            Warning::OtherStability { method, stability } => {
-                let OtherStability { found, expected, from } = stability;
-                write!(
-                    f,
-                    "another method, {method}, finds the same sequence of events, but {found} changes of stability of steady sliding \
-                     instead of {expected}; they differ from t = {from:.6} s on. stickslip certify says which hold"
-                )
-            }
-            Warning::OtherTimes { method, time, apart } => write!(
-                f,
-                "another method, {method}, finds the same events, but puts the one at t = {time:.6} s {apart:.1e} s away, which is \
-                 more than the settings of the run promise. stickslip certify says how many digits hold"
-            ),
-            Warning::EventsNotLocated => f.write_str(
-                "nothing was located: the events have the times of ends of steps, and the method's own noise may have started \
-                 the stick-slip. Compare this run with one by another method",
-            ),
-            Warning::NoiseDetermined {
-                instability,
-                growth_to_onset: g,
-                growth_exponent: all,
-                perturbed,
-            } => {
-                let why = if *perturbed {
-                    "no perturbation stands far enough above rounding when its growth begins"
-                } else {
-                    "no perturbation is set"
-                };
-                write!(
-                    f,
-                    "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
-                     t = {instability:.6} s, and until the first stick whatever deviates from smooth sliding grows by \
-                     e^{g:.0} (of the growth exponent G = {all:.1} up to where smooth sliding itself would stick); {why}, \
-                     so the onset, the counts and every event after it belong to this solver and this tolerance, and \
-                     change with both. For a result that converges set a perturbation well above rounding, such as \
-                     {KICK_OPTION}"
-                )
-            }
-            Warning::KicksAfterTheEnd { count, end } => write!(
-                f,
-                "{count} of the kicks never came: the run ended at t = {end} s, before {} time; set a later \
-                 output.end_time, or an earlier time of the kick",
-                if *count == 1 { "its" } else { "their" },
-            ),
-            Warning::KicksWithoutInstability { count, end, stuck } => {
-                write!(f, "{count} of the kicks set at the instability never came: ")?;
-                if *stuck {
-                    f.write_str("steady sliding did not lose its stability before the first stick")
-                } else {
-                    write!(
-                        f,
-                        "the run ended at t = {end} s, before sliding lost its stability or came to a stick"
-                    )
-                }
-            }
-        }
+fn more_times(count: usize) -> String {
+    match count {
+        0 | 1 => String::new(),
+        _ => format!(", and so {} times more", count - 1),
+    }
+}
+
+fn counted(events: usize) -> String {
+    match events {
+        0 => "no event".to_owned(),
+        1 => "one event".to_owned(),
+        _ => format!("{events} events"),
+    }
+}
+
+fn differs(from: f64, apart: Option<(f64, f64)>) -> String {
+    match apart {
+        Some((apart, share)) => format!(
+            "the next, at t = {from:.6} s, it finds {apart:.1e} s away, {share:.1e} of the time since the event before"
+        ),
+        None => format!("from t = {from:.6} s on it finds others"),
+    }
+}
+
+fn never(stuck: bool, end: f64) -> String {
+    match stuck {
+        true => "steady sliding did not lose its stability before the first stick".to_owned(),
+        false => format!("the run ended at t = {end} s, before sliding lost its stability or came to a stick"),
     }
 }

@@ -68,7 +68,7 @@ pub struct Witness {
     pub agreeing_events: usize,
     /// Largest difference of the times of agreeing events, s; `None` without any.
     pub largest_difference: Option<f64>,
-    /// Time of the first event that differs, s; `None` if there is none.
+    /// Time of the first event that differs, s; `None` if all agree.
     pub differs_from: Option<f64>,
     /// Distance of that event between the methods, s; `None` if the kinds differ, or one method lacks it.
     pub differs_by: Option<f64>,

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::System;
-use stickslip_system::record::{EventDigest, Recorder};
+use stickslip_system::record::{Event, EventDigest, NoRecorder};
 
 /// A system with one parameter moved.
 pub struct MovedSystem {
@@ -36,8 +36,10 @@ pub struct MovedCases {
 
 /// Derivatives of a run.
 pub struct Variation {
+    /// Events of the run.
+    pub events: Vec<Event>,
     /// Effect of small changes on each event. A d(time)/d(parameter) is NaN if the copies have another event.
-    pub events: Vec<Passage>,
+    pub passages: Vec<Passage>,
     /// For each parameter, whether its copies begin in the run's mode.
     pub alike: Vec<bool>,
 }
@@ -76,7 +78,7 @@ fn alike_between_events(one: &System, other: &System) -> bool {
     *one == other
 }
 
-/// Runs the system by `series`, into `recorder`, with derivatives by each of the parameters `numbers`. `threshold` is
+/// Runs the system by `series` with derivatives by each of the parameters `numbers`. `threshold` is
 /// in rad/s.
 ///
 /// # Errors
@@ -86,7 +88,6 @@ pub fn variation(
     numbers: &[MovedCases],
     solver: &SolverOptions,
     output: &OutputOptions,
-    recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Variation, Box<RunFailure>> {
     let solver = SolverOptions {
@@ -115,14 +116,16 @@ pub fn variation(
         further: false,
     };
     let digest = EventDigest::new(None);
-    let recording = Recording::new(readings, digest, (&solver, output), recorder, control, &start);
+    let mut nobody = NoRecorder;
+    let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, control, &start);
     let (result, report): (Result<(), RunError>, RunReport) =
         automaton(&dynamics, &mut rules, start, &solver, output, recording);
-    report.ended(result)?;
+    let report = report.ended(result)?;
     drop(rules);
     let carried = Arc::into_inner(carried).map(|carried| carried.into_inner().unwrap_or_else(PoisonError::into_inner));
     Ok(Variation {
-        events: carried.map_or_else(Vec::new, Carried::into_passages),
+        events: report.events,
+        passages: carried.map_or_else(Vec::new, Carried::into_passages),
         alike,
     })
 }

@@ -5,22 +5,18 @@
 //! | `modes` | the report of modes, and stability of sliding that slows down by itself |
 //! | `states` | natural frequencies and damping by state, and operating points |
 //! | `sliding` | steady sliding, and the searches for changes of its stability |
-//! | `linear` | the equations about a state as matrices, and their eigenvalues |
-//! | `impedance` | negative contact damping that the chains tolerate |
+//! | `linear` | the equations about a state as matrices, their eigenvalues, and negative contact damping that the chains tolerate |
 //! | `sliding_path` | sliding without oscillation, with the growth rate along it |
-//! | `growth` | extent of the growth of fast oscillations |
-//! | `onset` | the onset of stick-slip against the tolerance |
+//! | `growth` | extent of the growth of fast oscillations; the onset of stick-slip against the tolerance |
 
 pub mod growth;
-mod impedance;
 mod linear;
 pub mod modes;
-pub mod onset;
 mod sliding;
 mod sliding_path;
 pub mod states;
 
 pub use growth::Growth;
-pub use impedance::SlidingVerdict;
+pub use linear::SlidingVerdict;
 pub use modes::Modes;
 pub use states::steady_stability;

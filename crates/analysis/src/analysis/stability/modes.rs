@@ -2,7 +2,7 @@
 //! speed, loss of stability, and cause of the onset of stick-slip.
 
 use super::Growth;
-use super::impedance::SlidingVerdict;
+use super::linear::SlidingVerdict;
 use super::sliding_path::Slowing;
 use super::states::{at_start, critical_speeds};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! Steady sliding of two trains, and changes of its stability.
 
-use super::impedance::{ImpedanceCrossings, SlidingVerdict};
-use super::linear::{ROUNDING, columns, crossings, jacobian, state};
+use super::linear::{ImpedanceCrossings, ROUNDING, SlidingVerdict, columns, crossings, jacobian, state};
 use super::modes::{ChangeSearch, OperatingPoint, StabilityChange};
+use nalgebra::Complex;
 use std::f64::consts::TAU;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
@@ -53,29 +53,31 @@ pub(super) enum Balance {
 }
 
 /// Trains that slide at a given speed.
-pub struct Sliding<'a> {
-    trains: &'a System,
+pub(super) struct Sliding {
+    trains: System,
     pub(super) system: SystemEquations,
     crossings: ImpedanceCrossings,
+    /// Whether sliding slows down by itself.
+    slows: bool,
 }
 
-impl<'a> Sliding<'a> {
-    pub(super) fn new(trains: &'a System) -> Sliding<'a> {
-        let system = SystemEquations::new(trains);
+impl Sliding {
+    pub(super) fn new(trains: System) -> Sliding {
+        let system = SystemEquations::new(&trains);
+        let slows = slowing(&trains).is_ok();
         Sliding {
-            crossings: crossings(&system, slowing(trains).is_err()),
+            crossings: crossings(&system, !slows),
             trains,
             system,
+            slows,
         }
     }
 
-    fn damped(&self, rotor: f64, stator: f64) -> (SystemEquations, ImpedanceCrossings) {
+    fn damped(&self, (rotor, stator): (f64, f64)) -> Sliding {
         let mut trains = self.trains.clone();
         trains.rotor.damping.iter_mut().for_each(|c| *c *= rotor);
         trains.stator.damping.iter_mut().for_each(|c| *c *= stator);
-        let system = SystemEquations::new(&trains);
-        let crossings = crossings(&system, slowing(&trains).is_err());
-        (system, crossings)
+        Sliding::new(trains)
     }
 
     pub(super) fn is_engaged(&self) -> bool {
@@ -118,31 +120,25 @@ impl<'a> Sliding<'a> {
         }
     }
 
-    fn has_bristles(&self) -> bool {
-        matches!(self.system.engagement, Engagement::Bristles(..))
+    /// Eigenvalues of sliding on bristles, the fastest first, and the size of their rounding; `None` without bristles.
+    fn of_bristles(&self, x: f64, force: f64) -> Option<(Vec<Complex<f64>>, f64)> {
+        let system = &self.system;
+        if !matches!(system.engagement, Engagement::Bristles(..)) {
+            return None;
+        }
+        let (outside, y) = state(system, x, force);
+        let mut found = eigenvalues(&system.balanced(jacobian(system, Mode::Engaged, 1.0, &outside, &y)));
+        found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
+        Some((found, rounding))
     }
 
     fn verdict(&self, x: f64, force: f64) -> SlidingVerdict {
-        self.verdict_of(&self.system, &self.crossings, x, force)
-    }
-
-    fn verdict_of(
-        &self,
-        system: &SystemEquations,
-        crossings: &ImpedanceCrossings,
-        x: f64,
-        force: f64,
-    ) -> SlidingVerdict {
-        if !self.has_bristles() {
-            return crossings.verdict(self.slope(x) * system.radius * force);
-        }
-        let (outside, y) = state(system, x, force);
-        let matrix = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
-        let mut found = eigenvalues(&system.balanced(matrix));
-        found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
-        let rounding = ROUNDING * found.first().map_or(0.0, |l| l.norm());
+        let Some((found, rounding)) = self.of_bristles(x, force) else {
+            return self.crossings.verdict(self.slope(x) * self.system.radius * force);
+        };
         // Sliding that slows down by itself is not a disturbance.
-        let disturbances = found.len() - usize::from(slowing(self.trains).is_ok());
+        let disturbances = found.len() - usize::from(self.slows);
         let moving = found[..disturbances].iter().filter(|l| l.norm() > rounding);
         let most = moving.map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
         match most {
@@ -152,17 +148,14 @@ impl<'a> Sliding<'a> {
         }
     }
 
-    fn frequency(&self, system: &SystemEquations, crossings: &ImpedanceCrossings, x: f64, force: f64) -> Option<f64> {
-        let omega = if self.has_bristles() {
-            let (outside, y) = state(system, x, force);
-            let found = eigenvalues(&system.balanced(jacobian(system, Mode::Engaged, 1.0, &outside, &y)));
-            let rounding = ROUNDING * found.iter().map(|l| l.norm()).fold(0.0, f64::max);
-            let moving = found.iter().filter(|l| l.norm() > rounding);
-            moving
-                .min_by(|a, b| a.re.abs().total_cmp(&b.re.abs()))
-                .map(|l| l.im.abs())
-        } else {
-            crossings.frequency(self.slope(x) * system.radius * force)
+    fn frequency(&self, x: f64, force: f64) -> Option<f64> {
+        let omega = match self.of_bristles(x, force) {
+            Some((found, rounding)) => {
+                let moving = found.iter().filter(|l| l.norm() > rounding);
+                let slowest = moving.min_by(|a, b| a.re.abs().total_cmp(&b.re.abs()));
+                slowest.map(|l| l.im.abs())
+            }
+            None => self.crossings.frequency(self.slope(x) * self.system.radius * force),
         };
         omega.filter(|&omega| omega > 0.0).map(|omega| omega / TAU)
     }
@@ -230,7 +223,7 @@ pub(super) fn balance(rotor: &Base, stator: &Base, sense: f64) -> Balance {
     }
 }
 
-impl Sliding<'_> {
+impl Sliding {
     pub(super) fn steady(&self, sense: f64, balance: Balance, force: f64, start: f64) -> Vec<f64> {
         let pressed = self.system.radius * force;
         let torque = |x: f64| pressed * self.coefficient(sense * x);
@@ -291,8 +284,7 @@ impl Sliding<'_> {
     pub(super) fn critical_velocities(&self, force: f64, sliding: f64) -> ChangeSearch {
         let to = self.reach(force, sliding);
         let found = changes(&self.grid(to, force), |x| self.verdict(x, force));
-        let frequency = |x: f64| self.frequency(&self.system, &self.crossings, x, force);
-        search((0.0, to), found, |x| (x, frequency(x)))
+        search((0.0, to), found, |x| (x, self.frequency(x, force)))
     }
 
     /// Search along the branches of steady sliding, whose speed depends on the force; else at omega_r = `w`.
@@ -307,20 +299,19 @@ impl Sliding<'_> {
                 Balance::Never => f64::NAN,
             }
         };
-        let frequency = |x: f64, force: f64| self.frequency(&self.system, &self.crossings, x, force);
         let end = match balance {
             Balance::Speed { speed, yielding } if yielding > 0.0 => speed,
             Balance::Torque(_) => self.reach(force, x),
             _ => {
                 let grid: Vec<f64> = multiples().map(|k| k * force).collect();
                 let found = changes(&grid, |force| self.verdict(x, force));
-                return search(range, found, |value| (x, frequency(x, value)));
+                return search(range, found, |value| (x, self.frequency(x, value)));
             }
         };
         let within = |x: &f64| (range.0..=range.1).contains(&of_speed(*x));
         let grid: Vec<f64> = self.grid(end, force).into_iter().filter(within).collect();
         let found = changes(&grid, |x| self.verdict(x, of_speed(x)));
-        let mut search = search(range, found, |x| (x, frequency(x, of_speed(x))));
+        let mut search = search(range, found, |x| (x, self.frequency(x, of_speed(x))));
         for change in &mut search.changes {
             let x = change.value;
             change.value = of_speed(x);
@@ -333,18 +324,11 @@ impl Sliding<'_> {
     }
 
     pub(super) fn critical_damping(&self, force: f64, x: f64, scale: fn(f64) -> (f64, f64)) -> ChangeSearch {
-        let with = |k: f64| {
-            let (rotor, stator) = scale(k);
-            self.damped(rotor, stator)
-        };
+        let with = |k: f64| self.damped(scale(k));
         let coarse: Vec<f64> = multiples().step_by(4).collect();
-        let found = changes(&coarse, |k| {
-            let (system, crossings) = with(k);
-            self.verdict_of(&system, &crossings, x, force)
-        });
+        let found = changes(&coarse, |k| with(k).verdict(x, force));
         search((1.0 / MULTIPLES, MULTIPLES), found, |k| {
-            let (system, crossings) = with(k);
-            (x, self.frequency(&system, &crossings, x, force))
+            (x, with(k).frequency(x, force))
         })
     }
 }

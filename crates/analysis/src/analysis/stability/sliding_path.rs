@@ -327,7 +327,7 @@ impl<'a> SlidingPath<'a> {
             end
         };
         let mut rates = vec![(start.0, self.rate(start.0, speed))];
-        // A kick can briefly reverse the slip against the driving rotor. Such sliding does not last.
+        // A kick can briefly reverse the slip against the driving rotor. The reversal does not last.
         if self.sense * start.1 <= 0.0 {
             return rates;
         }

@@ -1,6 +1,6 @@
 //! Linear modes of a system, steady sliding, and changes of its stability.
 
-use super::impedance::SlidingVerdict;
+use super::linear::SlidingVerdict;
 use super::linear::{axial_modes, jacobian, modes_of, state, stuck};
 use super::modes::{Driven, MissingModes, Modes, OperatingPoint, SystemMode, SystemState};
 use super::sliding::{Balance, Base, Sliding, balance};
@@ -145,8 +145,8 @@ pub fn steady_stability(trains: &System) -> Option<SlidingVerdict> {
     Settled::new(trains).steady().next().map(|point| point.stability)
 }
 
-struct Settled<'a> {
-    sliding: Sliding<'a>,
+struct Settled {
+    sliding: Sliding,
     rotor: Base,
     stator: Base,
     /// Normal force F_n, N: the largest force if sliding slows down by itself, otherwise the final one.
@@ -155,11 +155,11 @@ struct Settled<'a> {
     driving: Vec<Driven>,
 }
 
-impl<'a> Settled<'a> {
-    fn new(trains: &'a System) -> Settled<'a> {
+impl Settled {
+    fn new(trains: &System) -> Settled {
         let mut driving = Vec::new();
         Settled {
-            sliding: Sliding::new(trains),
+            sliding: Sliding::new(trains.clone()),
             rotor: base(&trains.rotor, ["rotor.speed", "rotor.torque"], &mut driving),
             stator: base(&trains.stator, ["stator.speed", "stator.torque"], &mut driving),
             force: pressing(trains, &mut driving),

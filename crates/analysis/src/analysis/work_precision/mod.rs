@@ -11,8 +11,7 @@ pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 
 use study::{FALLBACK, TIGHTEST};
 
-use super::exact::request as oracle_request;
-use super::truth::Truth;
+use super::exact::{Truth, request as oracle_request};
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
