@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::Path;
 use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_analysis::continuation::Stored;
-use stickslip_files::{Reason, ResultFile, StudyFile, check_sound};
+use stickslip_files::{Reason, ResultFile, StudyFile, check_sound, schema};
 
 pub(super) enum StudyKind {
     Run,
@@ -41,10 +41,10 @@ pub(super) struct NotDrawn {
 }
 
 pub(super) fn kind(path: &Path) -> Result<StudyKind, PlotError> {
-    let kind = match StudyFile::open_sweep(path) {
+    let kind = match StudyFile::open(path, schema::SWEEP_FORMAT) {
         Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
-        Err(_) if StudyFile::is_work_precision(path) => StudyKind::WorkPrecision,
+        Err(_) if StudyFile::is(path, schema::WORK_PRECISION_FORMAT) => StudyKind::WorkPrecision,
         Err(_) if Stored::is_one(path) => StudyKind::Branches,
         // The command that draws the file will report the error.
         Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),
