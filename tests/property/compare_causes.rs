@@ -112,6 +112,17 @@ fn property_a_right_export_is_not_accused() {
     }
 }
 
+/// A column that means what another one does is not passed over in silence.
+#[test]
+fn property_a_column_beside_one_of_its_meaning_is_said_not_to_be_compared() {
+    let c = planted("block", &[], &["relative_velocity", "theta_dot", "rotor_speed_0"]);
+    let absent: Vec<&str> = c.absent.iter().map(|absent| absent.what.as_str()).collect();
+    let left_out = ["theta_dot", "rotor_speed_0"]
+        .iter()
+        .filter(|name| absent.contains(name));
+    assert_eq!(left_out.count(), 2, "{absent:?}");
+}
+
 /// Two changed parameters are both named, or neither is. The contact's law at rest is not blamed for them.
 #[test]
 fn property_two_numbers_are_not_laid_on_the_stick_test() {

@@ -73,7 +73,7 @@ impl Dimension {
         self.facts().0
     }
 
-    /// The dimension of a unit as UDUNITS writes it, such as "rad s-1"; `None` if there is none.
+    /// The dimension of a unit as UDUNITS writes it, such as "rad s-1"; `None` for any other unit.
     pub fn of_udunits(unit: &str) -> Option<Dimension> {
         let written = |dimension: &Dimension| {
             let mut parts = dimension.unit().split('/');

@@ -184,6 +184,9 @@ pub struct Closest {
     pub cause: CauseKind,
     /// Part of the squared difference that the change removes; negative if it adds to it.
     pub explained: f64,
+    /// Why it is no cause though it explains nearly all, in words.
+    #[serde(skip)]
+    pub why_not: &'static str,
 }
 
 /// The part of the reference that a candidate covers.
@@ -407,14 +410,19 @@ impl Comparison {
                 }
                 None => {}
             }
-            if let Some(Closest { cause, explained }) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
+            if let Some(Closest {
+                cause,
+                explained,
+                why_not,
+            }) = unexplained.closest.filter(|closest| closest.explained > 0.01)
+            {
                 text += &format!(
                     "; the closest, {}, explains {} % of the squared difference",
                     cause.name(),
                     percent(explained)
                 );
                 if explained >= EXPLAINED {
-                    text += ", which is not enough for it, or its events are elsewhere, or others do as well";
+                    text += why_not;
                 }
             }
             let is_named = unexplained.closest.is_some_and(|closest| closest.explained > 0.01);

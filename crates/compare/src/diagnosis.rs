@@ -3,7 +3,7 @@
 //! Any other cause is named if the reference's run with it reproduces the candidate ([`super::causes`]). Symptoms propose
 //! what to try.
 
-use super::causes::creep::Creep;
+use super::causes::smooth::Creep;
 use super::detect::Found;
 use super::reference::Physics;
 use super::states::{Grid, Tally};

@@ -108,6 +108,15 @@ impl ResultFile {
         self.rows(&schema::trajectory())
     }
 
+    /// Times of the first and the last sample, s; `None` without samples.
+    pub fn span(&self) -> Result<Option<(f64, f64)>, ResultError> {
+        let Some(last) = self.sample_count()?.checked_sub(1) else {
+            return Ok(None);
+        };
+        let time = |row: usize| Ok(self.column("time", row..row + 1)?[0]);
+        Ok(Some((time(0)?, time(last)?)))
+    }
+
     /// Rows `range` of a column of the trajectory, as numbers. A channel that an earlier version did not write is the
     /// product of its factors, or NaN.
     pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
@@ -212,7 +221,7 @@ impl ResultFile {
         Ok(channel::products(a?, b?))
     }
 
-    /// What the case of the file adds to the tables, apart from the columns of its parts.
+    /// Additions of the case to the tables, without the columns of its parts.
     pub(super) fn extension(&self) -> Result<Extension, ResultError> {
         let motion = self.group_text(group::META, schema::META_MOTION)?;
         Ok(Extension {
@@ -468,7 +477,7 @@ impl ResultFile {
         self.source.text_attribute(group, name)
     }
 
-    /// A two-dimensional table, row by row, with its shape; `None` if there is none.
+    /// A two-dimensional table, row by row, with its shape; `None` if it does not exist.
     pub fn matrix(&self, group: &str, name: &str) -> Result<Option<Matrix>, ResultError> {
         let path = format!("{group}/{name}");
         let Some(info) = self.source.dataset(&path)? else {
@@ -481,7 +490,7 @@ impl ResultFile {
         Ok(Some((values, [rows, columns])))
     }
 
-    /// A text variable; `None` if there is none.
+    /// A text variable; `None` if it does not exist.
     pub fn text_variable(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
         let path = format!("{group}/{name}");
         match self.source.dataset(&path)? {

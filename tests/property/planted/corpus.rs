@@ -172,7 +172,7 @@ fn judged(subject: &Subject, candidate: &str, folder: &Path) -> Comparison {
             Some(("columns", value)) => names = value.split(',').map(str::to_owned).collect(),
             Some(("tolerance", value)) => mapping.velocity_tolerance = Some(number(value)),
             Some(word @ ("digits" | "decimals" | "multiples" | "single" | "delay" | "times", _)) => after.push(word),
-            Some(word @ ("clock" | "add" | "average" | "low-pass" | "half-step" | "swap" | "repeat", _)) => {
+            Some(word @ ("clock" | "add" | "average" | "same" | "low-pass" | "half-step" | "swap" | "repeat", _)) => {
                 after.push(word)
             }
             Some(word) => faults.push(word),
@@ -227,6 +227,7 @@ fn judged(subject: &Subject, candidate: &str, folder: &Path) -> Comparison {
                         Filing::Offset(column(name), by)
                     }
                     "average" => Filing::Average(value.parse().unwrap()),
+                    "same" => Filing::Same(value.parse().unwrap()),
                     "low-pass" => Filing::LowPass(number(value)),
                     "half-step" => Filing::HalfStep(value.parse().unwrap()),
                     "swap" => {

@@ -11,6 +11,9 @@ pub(super) enum Filing {
     Rate(f64),
     /// Each row is the mean of so many rows, of which it is the last. The first rows are left out.
     Average(usize),
+    /// Each row is the sum of so many rows around it, divided by their number; beyond the ends they are zero:
+    /// `np.convolve(x, np.ones(n)/n, "same")`.
+    Same(usize),
     /// y' = (x - y)/T, whose corner frequency (Hz) is 1/(2 pi T).
     LowPass(f64),
     /// Speeds are those of half an interval after their row (1), or before it (-1).
@@ -47,6 +50,14 @@ impl Filing {
                         .windows(count)
                         .map(|rows| rows.iter().sum::<f64>() / count as f64);
                     *column = means.collect();
+                }
+            }
+            Filing::Same(count) => {
+                for column in columns {
+                    let around =
+                        |row: usize| row.saturating_sub(count / 2)..(row + count.div_ceil(2)).min(column.len());
+                    let mean = |row: usize| column[around(row)].iter().sum::<f64>() / count as f64;
+                    *column = (0..column.len()).map(mean).collect();
                 }
             }
             Filing::LowPass(corner) => {

@@ -518,7 +518,7 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         }
         Clock => {
             file.clock = match system.coasts() {
-                true => -one_of(random, &[6.9, 0.5, 1e-3]),
+                true => one_of(random, &[-6.9, -0.5, -1e-3, 3e-3, 5e-3, 7e-3]),
                 false => one_of(random, &[-0.3, 0.02, 0.5, 3.0]) * period,
             };
             allowed = Allowed::causes(&["time-offset"]);
@@ -685,14 +685,18 @@ fn filed(
             (filing, "channel-offset", vec![shown(place)], near("off by ", constant))
         }
         ClockRate => {
-            let rate = one_of(random, &[0.98, 0.999, 0.9999, 1.0001, 1.001, 1.01]);
+            let rate = one_of(random, &[0.98, 0.999, 0.9999, 1.0001, 1.0005, 1.0012, 1.01]);
             let value = Some(("runs at ", rate, 0.02 * (rate - 1.0_f64).abs()));
             (Filing::Rate(rate), "clock-rate", Vec::new(), value)
         }
         Average => {
             let count = one_of(random, &[2, 3, 5, 10, 20]);
             let value = near("moving average of ", count as f64);
-            (Filing::Average(count), "moving-average", Vec::new(), value)
+            let filing = one_of(
+                random,
+                &[Filing::Average(count), Filing::Average(count), Filing::Same(count)],
+            );
+            (filing, "moving-average", Vec::new(), value)
         }
         LowPass => {
             let corner = 1.0 / (TAU * file.interval * scale(random, 1.0, 20.0));
@@ -705,7 +709,7 @@ fn filed(
                 return None;
             }
             let filing = Filing::HalfStep(one_of(random, &[-1, 1]));
-            (filing, "half-step", Vec::new(), near("half a step of ", file.interval))
+            (filing, "half-step", Vec::new(), near("those of ", 0.5 * file.interval))
         }
         Swapped => {
             let alike = |one: usize, other: usize| is_speed(&names[one].1) == is_speed(&names[other].1);
@@ -739,7 +743,7 @@ fn filed(
                 Filing::Repeated(count),
                 "repeated-rows",
                 Vec::new(),
-                near("stands ", count as f64),
+                near("stand in ", count as f64),
             )
         }
         _ => return None,

@@ -17,6 +17,7 @@ mod written;
 
 use crate::common::planted_solver::{Solved, Solver};
 use crate::common::random_brakes::Random;
+use filing::Filing;
 use mistakes::{Allowed, KINDS, Kind, Planted, RECORDED, of_other, plant};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -391,6 +392,37 @@ fn candidate(system: &Subject, kind: Kind, random: &mut Random) -> Option<(Plant
         }
     }
     last
+}
+
+/// A kicked brake by another clock is not said to be without a kick.
+#[test]
+fn property_another_clock_of_a_kicked_brake_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let system = Subject::built_in("paper", folder.path());
+    let solver = Solver::sound(&system.case.system);
+    for (clock, rate, name) in [
+        (3e-3, 1.0, "times offset"),
+        (7e-3, 1.0, "times offset"),
+        (0.0, 1.0005, "clock rate"),
+        (0.0, 1.0012, "clock rate"),
+    ] {
+        let file = Written {
+            clock,
+            filing: Some(Filing::Rate(rate)),
+            ..Written::sound(solver.period() / 100.0)
+        };
+        let solved = solve(&system, &solver, Some(system.after_kick().1), &file).unwrap();
+        let path = folder.path().join("clocked.csv");
+        std::fs::write(&path, csv(&system, &solver, &solved, &file)).unwrap();
+        let comparison = system.reference.compare(&path, &system.reference.mapping()).unwrap();
+        let causes: Vec<&str> = comparison.causes.iter().map(|one| one.cause.name()).collect();
+        assert_eq!(causes.first(), Some(&name), "{clock} s, {rate}: {}", comparison.verdict);
+        assert!(
+            !causes.contains(&"unperturbed run"),
+            "{clock} s, {rate}: {}",
+            comparison.verdict
+        );
+    }
 }
 
 /// The bare solver and the program know nothing of each other but the numbers of a case.

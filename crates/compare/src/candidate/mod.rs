@@ -252,9 +252,18 @@ impl Candidate {
             Some(column) => Some(self::mapped(table, &own, &column.name)?),
             None => {
                 let of_file = |name: &&&str| vocabulary.is_own_name(channel, name) && table.has(name);
-                match names.iter().filter(of_file).count() > 1 {
-                    true => names.iter().find(of_file).map(|name| (*name).to_owned()),
-                    false => only(table, &own, &names, &taken)?,
+                let mut same = names.iter().filter(of_file);
+                match (same.next(), same.next()) {
+                    (Some(first), Some(other)) => {
+                        let others = [other].into_iter().chain(same);
+                        self.left_out.extend(others.map(|name| LeftOut {
+                            name: (*name).to_owned(),
+                            why: format!("the case has no such channel beside {first}, with whose column the reference is compared"),
+                            remedy: format!("leave out {first} to compare it"),
+                        }));
+                        Some((*first).to_owned())
+                    }
+                    _ => only(table, &own, &names, &taken)?,
                 }
             }
         };
@@ -335,6 +344,19 @@ impl Candidate {
     /// Whether a channel follows from its columns alone, without the reference's motion of a driven end.
     pub fn is_its_own(&self, channel: Channel) -> bool {
         self.has(channel) && self.drive_of(channel).is_empty()
+    }
+
+    /// The name of a channel, and of its column if the file has another name for it: "phi1 (x)".
+    pub fn name_of(&self, channel: Channel) -> String {
+        let of = self.supplies.iter().find(|supply| supply.channel == channel);
+        let column = of
+            .filter(|supply| !supply.is_computed())
+            .map(|supply| &self.columns[supply.terms()[0].0]);
+        let name = channel.name().into_owned();
+        match column.filter(|column| **column != name) {
+            Some(column) => format!("{name} ({column})"),
+            None => name,
+        }
     }
 
     /// Channels and factors of which a channel is the sum, beside the motion of driven ends; empty if it is a column of

@@ -6,11 +6,11 @@
 
 use super::evidence::Evidence;
 use super::fit::fitted;
-use super::judge::EXPLAINED;
+use super::judge::{EXPLAINED, Judged};
 use super::motion::Played;
 use super::parameters::agreement;
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal, rows};
+use super::{Cause, Causes, Proposal, filing};
 use crate::diagnosis::CauseKind;
 use serde::Serialize;
 use std::sync::Arc;
@@ -178,6 +178,22 @@ pub fn other_clock(
     })
 }
 
+/// Whether the candidate has the reference's events at times that differ by a constant, or by a factor.
+pub(super) fn is_moved(reference: &[SequenceEvent], candidate: &[SequenceEvent], period: f64) -> bool {
+    let pairs = || reference.iter().zip(candidate);
+    let is_same = candidate.len() <= reference.len() && pairs().all(|(r, c)| r.kind == c.kind);
+    let spread = |of: &dyn Fn(f64, f64) -> f64| {
+        let (low, high) = pairs().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (r, c)| {
+            let value = of(r.time, c.time);
+            (low.min(value), high.max(value))
+        });
+        high - low
+    };
+    let last = reference.last().map_or(0.0, |event| event.time);
+    let left = spread(&|r, c| c - r).min(last * spread(&|r, c| c / r));
+    is_same && candidate.len() >= FEWEST && left <= CLOSE * period
+}
+
 /// Events of the candidate and of the reference that are tried as starts of another clock.
 const LOOKED_AT: (usize, usize) = (4, 12);
 const LEAST: f64 = 1e-6;
@@ -291,7 +307,7 @@ impl Cause for Clocked {
 
     /// The motion is the reference's, and does not begin in the candidate's own state.
     fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        rows::is_start_of_case(evidence, start)
+        filing::is_start_of_case(evidence, start)
     }
 
     /// A clock whose zero is an event of the reference may be that of a solver with errors of its own.
@@ -308,7 +324,7 @@ impl Cause for Clocked {
     }
 
     /// A brake stops once, so its motion begins at no other time.
-    fn is_certain(&self, evidence: &Evidence<'_>) -> bool {
+    fn is_certain(&self, evidence: &Evidence<'_>, _: &Judged) -> bool {
         evidence.physics.coasts() && self.has_origin()
     }
 
@@ -334,12 +350,131 @@ impl Cause for Clocked {
     fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
         causes.clock = self.clock.clone();
         let (kind, words) = self.words(search);
-        (kind, words + &rows::beside(search, "another clock", all, causes))
+        (kind, words + &filing::beside(search, "another clock", all, causes))
     }
 }
 
 impl Clocked {
     fn has_origin(&self) -> bool {
         self.clock.as_ref().is_some_and(|clock| clock.counts_from.is_some())
+    }
+}
+
+/// Smallest part that another rate must explain: with the right one nothing is left.
+const OF_RATE: f64 = 1.0 - 1e-6;
+/// Fewest events that show a rate: a mass that slides to rest under another friction has another rate, too.
+const FEWEST_EVENTS: usize = 5;
+/// Unit of the fit.
+const UNIT: f64 = 1e-3;
+/// Smallest change of a rate. A method of order 2 with 300 steps in a natural period changes the frequency by as much.
+const LEAST_CHANGE: f64 = 5e-5;
+/// Largest factor of a rate. Units of time are causes of their own.
+const MOST_RATE: f64 = 2.0;
+
+/// Times pass at `rate` times the reference's from `origin` (s) on.
+#[derive(Debug)]
+pub(crate) struct ClockRate {
+    rate: f64,
+    origin: f64,
+}
+
+impl ClockRate {
+    /// The reference's time at a time of the candidate, s.
+    fn to_reference(&self, time: f64) -> f64 {
+        self.origin + (time - self.origin) / self.rate
+    }
+
+    fn played(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
+        let moved = |event: &SequenceEvent| SequenceEvent {
+            time: self.origin + (event.time - self.origin) * self.rate,
+            kind: event.kind,
+        };
+        let mut played = Played {
+            values: Vec::new(),
+            events: evidence.reference.iter().map(moved).collect(),
+            steps: 0,
+        };
+        if let Some(seen) = evidence.observation {
+            let times: Vec<f64> = seen.time.iter().map(|time| self.to_reference(*time)).collect();
+            played.values = evidence.unchanged_at(start, &times)?;
+            seen.derive(&mut played.values, evidence.physics);
+        }
+        Some(played)
+    }
+}
+
+impl Cause for ClockRate {
+    /// Rates that the events show, fitted.
+    fn propose(search: &Search<'_>) -> Vec<Proposal> {
+        let evidence = search.evidence;
+        let Some(start) = filing::start_of_case(evidence).filter(|_| evidence.word.len() >= FEWEST_EVENTS) else {
+            return Vec::new();
+        };
+        let first = evidence.observation.and_then(|seen| seen.time.first().copied());
+        let mut origins = vec![0.0];
+        origins.extend(first.filter(|first| *first != 0.0));
+        let of_origin = |origin: f64| {
+            let pairs = evidence.word.iter().zip(evidence.reference);
+            let pairs = pairs.filter(|(theirs, ours)| theirs.kind == ours.kind && ours.time != origin);
+            let mut ratios: Vec<f64> = pairs.map(|(a, b)| (a.time - origin) / (b.time - origin)).collect();
+            ratios.sort_by(f64::total_cmp);
+            let shown = ratios.get(ratios.len() / 2).copied();
+            let begin = shown
+                .into_iter()
+                .chain([1.0])
+                .filter(|rate| (1.0 / MOST_RATE..MOST_RATE).contains(rate));
+            let rates = begin.filter_map(|begin| {
+                fitted(evidence, begin, UNIT, &|rate| {
+                    ClockRate { rate, origin }.played(evidence, start)
+                })
+            });
+            rates.collect::<Vec<f64>>()
+        };
+        let rates = origins
+            .into_iter()
+            .flat_map(|origin| of_origin(origin).into_iter().map(move |rate| (rate, origin)));
+        let large =
+            rates.filter(|(rate, _)| (rate - 1.0).abs() >= LEAST_CHANGE && (1.0 / MOST_RATE..MOST_RATE).contains(rate));
+        large
+            .map(|(rate, origin)| Arc::new(ClockRate { rate, origin }) as Proposal)
+            .collect()
+    }
+
+    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
+        self.played(evidence, start)
+    }
+
+    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
+        let judged = evidence.judged(played, f64::INFINITY)?;
+        Some(if evidence.detected.is_some() {
+            judged.by_samples()
+        } else {
+            judged
+        })
+    }
+
+    fn least(&self, _: &Evidence<'_>) -> f64 {
+        OF_RATE
+    }
+
+    fn words(&self, _: &Search<'_>) -> (CauseKind, String) {
+        let from = match self.origin {
+            0.0 => String::new(),
+            origin => format!(" from {origin:.6} s on"),
+        };
+        let words = format!("its clock runs at {:.6} times the reference's{from}", self.rate);
+        (CauseKind::ClockRate, words)
+    }
+
+    fn complexity(&self, _: &Evidence<'_>) -> usize {
+        1
+    }
+
+    fn is_of_file(&self) -> bool {
+        true
+    }
+
+    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
+        filing::is_start_of_case(evidence, start)
     }
 }

@@ -195,7 +195,7 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
     unknown.retain(Unknown::is_alone);
     let play = |number: usize| {
         let stretches = &stretches;
-        move |numbers: &[(String, f64)]| {
+        move |numbers: &[(String, f64)], _| {
             let changes: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
             Some(stretches.integrals(&case.moved_all(&changes)?.0, number))
         }
@@ -209,7 +209,7 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
         let units: Vec<f64> = which.iter().map(|&k| unknown[k].unit).collect();
         let [fine, coarse] = [0, 1].map(|number| {
             let (play, unknown) = (play(number), &unknown);
-            move |values: &[f64]| play(&Unknown::changes_of(unknown, which, values))
+            move |values: &[f64], until| play(&Unknown::changes_of(unknown, which, values), until)
         });
         let fit = Fit {
             evidence,

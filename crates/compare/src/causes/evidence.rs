@@ -113,6 +113,31 @@ impl<'a> Evidence<'a> {
         }
     }
 
+    /// The same evidence with runs that end at a time, s.
+    pub fn until(&self, time: f64) -> Evidence<'_> {
+        Evidence {
+            end: self.end.min(time),
+            ..self.observed_as(self.observation)
+        }
+    }
+
+    /// The compared part of the samples, s.
+    pub fn span(&self) -> (f64, f64) {
+        let first = self.observation.and_then(|seen| seen.time.first().copied());
+        (
+            first.unwrap_or(self.begins).max(self.begins),
+            self.covered.1.min(self.end),
+        )
+    }
+
+    /// Time of the last of the first samples, s; infinite without samples.
+    pub fn time_of(&self, count: usize) -> f64 {
+        let last = self
+            .observation
+            .and_then(|seen| seen.time.get(count.checked_sub(1)?).copied());
+        last.unwrap_or(f64::INFINITY)
+    }
+
     /// Whether a limit of the search is reached: of wall time, or of runs.
     pub fn is_over(&self) -> bool {
         self.limit.is_over_after(self.runs.load(Ordering::Relaxed))

@@ -16,10 +16,14 @@ const MOST_STEPS: usize = 30;
 /// Shortenings of a step.
 const SHORTER: usize = 5;
 const LONGEST: f64 = 0.5;
+/// Part of the time that is computed first, and factor by which it grows.
+const FIRST: f64 = 0.1;
+const LONGER: f64 = 3.2;
 
 pub(crate) struct Fit<'a> {
     pub evidence: &'a Evidence<'a>,
-    pub play: &'a dyn Fn(&[f64]) -> Option<Played>,
+    /// The motion with these values, at least up to a time, s.
+    pub play: &'a dyn Fn(&[f64], f64) -> Option<Played>,
     /// Unit of each value's changes.
     pub units: &'a [f64],
 }
@@ -33,7 +37,7 @@ pub(super) fn fitted(
 ) -> Option<f64> {
     let fit = Fit {
         evidence,
-        play: &|values: &[f64]| play(values[0]),
+        play: &|values: &[f64], _| play(values[0]),
         units: &[unit],
     };
     Some(fit.refined(vec![begin])?.values[0])
@@ -48,19 +52,31 @@ pub(crate) struct FitPoint {
 }
 
 impl Fit<'_> {
-    pub fn at(&self, values: Vec<f64>) -> Option<FitPoint> {
-        let played = (self.play)(&values)?;
-        let window = self.evidence.window(&played);
-        Some(FitPoint { values, played, window })
+    /// The motion is computed as far as it is close to the candidate.
+    fn at(&self, values: Vec<f64>) -> Option<FitPoint> {
+        let (begins, end) = self.evidence.span();
+        let mut part = FIRST;
+        loop {
+            let until = begins + part * (end - begins);
+            let played = (self.play)(&values, if part < 1.0 { until } else { f64::INFINITY })?;
+            let window = self.evidence.window(&played);
+            let is_known = |column: &Vec<f64>| column.get(window).is_none_or(|value| value.is_finite());
+            let is_enough = played.values.iter().all(is_known);
+            if part >= 1.0 || is_enough {
+                return Some(FitPoint { values, played, window });
+            }
+            part *= LONGER;
+        }
     }
 
     /// d(residual)/d(value), in units of the value; `None` if it is not finite.
     pub fn slope(&self, at: &FitPoint, which: usize) -> Option<Vec<f64>> {
         let own = self.evidence.residual(&at.played, at.window);
+        let until = self.evidence.time_of(at.window);
         let side = |step: f64| {
             let mut values = at.values.clone();
             values[which] += step * self.units[which];
-            let moved = self.evidence.residual(&(self.play)(&values)?, at.window);
+            let moved = self.evidence.residual(&(self.play)(&values, until)?, at.window);
             let slope: Vec<f64> = moved.iter().zip(&own).map(|(a, b)| (a - b) / step).collect();
             slope.iter().all(|x| x.is_finite()).then_some(slope)
         };
@@ -97,6 +113,25 @@ impl Fit<'_> {
         }
         Some(at)
     }
+}
+
+/// The argument in an interval at which a function with one minimum there is least, by the golden section.
+pub(super) fn golden(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_034;
+    const SECTIONS: usize = 40;
+    let inside = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+    let [inner, outer] = inside(low, high);
+    let (mut of_inner, mut of_outer) = (value(inner), value(outer));
+    for _ in 0..SECTIONS {
+        if of_inner < of_outer {
+            (high, of_outer) = (inside(low, high)[1], of_inner);
+            of_inner = value(inside(low, high)[0]);
+        } else {
+            (low, of_inner) = (inside(low, high)[0], of_outer);
+            of_outer = value(inside(low, high)[1]);
+        }
+    }
+    0.5 * (low + high)
 }
 
 pub(crate) fn square(values: &[f64]) -> f64 {
@@ -153,7 +188,7 @@ const CLOSEST_PAIRS: usize = 6;
 /// `unknown`. `base` is the motion without changes; `guesses` are initial values of single parameters.
 pub(super) fn closest(
     evidence: &Evidence<'_>,
-    play: &(dyn Fn(&[(String, f64)]) -> Option<Played> + Sync),
+    play: &(dyn Fn(&[(String, f64)], f64) -> Option<Played> + Sync),
     base: &Played,
     unknown: &[Unknown],
     pairs: bool,
@@ -167,7 +202,7 @@ pub(super) fn closest(
     let slopes = over_processors(unknown.len(), &|| false, |k| {
         let fit = Fit {
             evidence,
-            play: &|values: &[f64]| play(&unknown[k].changes(values[0])),
+            play: &|values: &[f64], until| play(&unknown[k].changes(values[0]), until),
             units: &[unknown[k].unit],
         };
         let point = FitPoint {
@@ -213,7 +248,7 @@ pub(super) fn closest(
         let units: Vec<f64> = which.iter().map(|&k| unknown[k].unit).collect();
         let fit = Fit {
             evidence,
-            play: &|values: &[f64]| play(&Unknown::changes_of(unknown, which, values)),
+            play: &|values: &[f64], until| play(&Unknown::changes_of(unknown, which, values), until),
             units: &units,
         };
         Some((which.clone(), fit.refined(values.clone())?))

@@ -40,6 +40,17 @@ impl Judged {
         self.explained >= EXPLAINED && self.events && !self.contradicted && !self.constant
     }
 
+    /// What is against a motion that explains nearly all, in words; `least` is the share that it has to explain.
+    pub fn why_not(&self, least: f64) -> &'static str {
+        match () {
+            () if self.explained < least => ", which is not enough for it",
+            () if self.contradicted => ", but departs from the candidate before the reference does",
+            () if self.constant => ", as a constant in each channel does",
+            () if !self.events => ", but has its events at other times",
+            () => ", as do others",
+        }
+    }
+
     /// Whether no more events lack a partner than with the reference.
     pub fn has_events(&self) -> bool {
         self.after.unmatched <= self.before.unmatched

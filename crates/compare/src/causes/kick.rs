@@ -1,19 +1,14 @@
-//! Another kick: none, on one surface alone, or with other jumps of the states.
+//! Jumps of the states at a kick, which show another kick.
 
-use super::evidence::Evidence;
-use super::judge::{EXPLAINED, Judged};
-use super::motion::Played;
+use super::Causes;
 use super::parameters::EventAgreement;
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal};
 use crate::Channel;
 use crate::candidate::Block;
-use crate::diagnosis::{CauseKind, percent};
+use crate::diagnosis::CauseKind;
 use crate::reference::Physics;
 use serde::Serialize;
-use std::sync::Arc;
 use stickslip_system::model::equations::Outside;
-use stickslip_system::model::system::KickSide;
 
 /// Largest distance of a sample from the kick, in natural periods: one step of the Taylor series.
 const FARTHEST: f64 = 0.25;
@@ -193,120 +188,6 @@ pub(crate) fn other_kick(
         unit: physics.vocabulary().unit(Channel::RelativeVelocity),
         rerun: None,
     })
-}
-
-/// The reference is kicked, the candidate is not.
-#[derive(Debug)]
-pub(crate) struct NoKick {
-    /// Judged up to this time (s): behind an onset without a kick the motion is amplified rounding, which no run repeats.
-    until: Option<f64>,
-}
-
-impl NoKick {
-    /// A run without the kick up to the onset of the reference, if the candidate may not be kicked.
-    pub fn up_to_onset(search: &Search<'_>) -> Vec<Proposal> {
-        let evidence = search.evidence;
-        let Some(kicked) = evidence.kicked.filter(|_| evidence.observation.is_some()) else {
-            return Vec::new();
-        };
-        // A brake that stops before the kick does not show it.
-        let first = evidence.word.first().map_or(f64::INFINITY, |event| event.time);
-        let seen = search.jumped.is_none() || search.other_kick.as_ref().is_some_and(OtherKick::is_absent);
-        let onset = search.onset.filter(|_| seen && first > kicked);
-        onset
-            .map(|until| -> Proposal { Arc::new(NoKick { until: Some(until) }) })
-            .into_iter()
-            .collect()
-    }
-}
-
-impl Cause for NoKick {
-    fn propose(search: &Search<'_>) -> Vec<Proposal> {
-        match search.evidence.case.case().system.kicks.is_empty() {
-            true => Vec::new(),
-            false => vec![Arc::new(NoKick { until: None })],
-        }
-    }
-
-    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        evidence.with(start, |system| system.kicks.clear())
-    }
-
-    fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        evidence.judged(played, self.until.unwrap_or(f64::INFINITY))
-    }
-
-    fn least(&self, _: &Evidence<'_>) -> f64 {
-        EXPLAINED
-    }
-
-    fn complexity(&self, _: &Evidence<'_>) -> usize {
-        0
-    }
-
-    fn is_certain(&self, _: &Evidence<'_>) -> bool {
-        self.until.is_some()
-    }
-
-    fn words(&self, _: &Search<'_>) -> (CauseKind, String) {
-        (
-            CauseKind::UnperturbedRun,
-            "the reference is kicked, the candidate is not".to_owned(),
-        )
-    }
-
-    fn report(&self, search: &Search<'_>, all: &[Tried], _: &mut Causes) -> (CauseKind, String) {
-        let (kind, words) = self.words(search);
-        let outcome = match self.until {
-            None => format!(": {}", search.outcome(&all[0])),
-            Some(_) => format!(
-                "; a run without the kick explains {} % of the squared difference of its samples up to the first event of the \
-                 reference, and from its onset on it is amplified rounding",
-                percent(all[0].judged.explained)
-            ),
-        };
-        (kind, words + &outcome)
-    }
-}
-
-/// The kick acts on another surface.
-#[derive(Debug)]
-pub(crate) struct KickOn(KickSide);
-
-impl Cause for KickOn {
-    fn propose(search: &Search<'_>) -> Vec<Proposal> {
-        let kicks = &search.evidence.case.case().system.kicks;
-        let sides = [KickSide::Both, KickSide::Rotor, KickSide::Stator].into_iter();
-        let other = sides.filter(|side| kicks.iter().any(|kick| kick.on != *side));
-        other.map(|side| -> Proposal { Arc::new(KickOn(side)) }).collect()
-    }
-
-    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        evidence.with(start, |system| {
-            system.kicks.iter_mut().for_each(|kick| kick.on = self.0)
-        })
-    }
-
-    fn least(&self, _: &Evidence<'_>) -> f64 {
-        EXPLAINED
-    }
-
-    fn complexity(&self, _: &Evidence<'_>) -> usize {
-        0
-    }
-
-    fn words(&self, _: &Search<'_>) -> (CauseKind, String) {
-        let on = match self.0 {
-            KickSide::Both => "both surfaces",
-            KickSide::Rotor => "the rotor's surface alone",
-            KickSide::Stator => "the stator's surface alone",
-        };
-        (CauseKind::AnotherKick, format!("its kick acts on {on}"))
-    }
-    fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
-        let (kind, words) = shown(search, &all[0], causes).unwrap_or_else(|| self.words(search));
-        (kind, format!("{words}: {}", search.outcome(&all[0])))
-    }
 }
 
 /// The kick that the candidate's states show, if it is another; it is added to the report.

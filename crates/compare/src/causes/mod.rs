@@ -1,6 +1,6 @@
 //! Why a candidate differs: mistakes that would make the reference's run the candidate.
 //!
-//! A `Cause` is one mistake with its values, in a file of its own. It proposes itself from the `Evidence`, runs the
+//! A `Cause` is one mistake with its values. It proposes itself from the `Evidence`, runs the
 //! reference with the mistake, and is a cause if the motion leaves so little of the candidate's difference that its
 //! least share (`Cause::least`) is explained. Symptoms, equations read off the samples, and fits only propose; the runs
 //! decide. `ORDER` is the order in which causes are tried.
@@ -9,42 +9,32 @@
 //! |---|---|
 //! | `search` | tries the causes in their order, and chooses among those that explain as much |
 //! | `evidence`, `observation`, `judge` | what is known of the candidate, runs of the case, the share that a motion explains |
-//! | `rows` | rows of a right motion, processed as another program may have processed its own |
 //! | `motion` | a run of a case, sampled like the candidate |
-//! | `fit` | the fit of values by runs |
+//! | `fit` | parameters that may differ, and the fit of values by runs |
 //! | `equations` | parameters read off the samples: start values, and evidence that needs no run |
-//! | `report`, `parameters`, `apart` | the causes in words and data |
+//! | `report`, `parameters` | the causes in words and data |
+//! | `filing`, `clock` | mistakes in a file of a right motion |
+//! | `changed`, `kick`, `number`, `smooth`, `late` | mistakes of the case, and of single events |
+//! | `stepper`, `steps` | solvers with steps |
 
-mod apart;
-mod average;
+mod changed;
 pub mod clock;
-mod clock_rate;
-pub(crate) mod creep;
 pub mod equations;
 mod evidence;
+mod filing;
 mod fit;
-mod half_step;
 mod judge;
 mod kick;
-mod kick_time;
 mod late;
-mod low_pass;
-mod missed;
 mod motion;
 mod number;
 mod observation;
-mod offset;
 mod parameters;
-mod repeated;
 mod report;
-mod rows;
 mod search;
-mod smooth;
-mod state;
+pub(crate) mod smooth;
 mod stepper;
 mod steps;
-mod stick_test;
-mod swapped;
 
 pub use kick::OtherKick;
 pub use parameters::{Agreement, EventAgreement, FoundBy, OtherNumber, OtherParameters};
@@ -59,25 +49,15 @@ pub(crate) use search::{Search, Tried};
 pub(crate) use stepper::Stepper;
 
 use crate::diagnosis::CauseKind;
-use average::MovingAverage;
-use clock::Clocked;
-use clock_rate::ClockRate;
-use half_step::HalfStep;
-use kick::{KickOn, NoKick};
-use kick_time::KickMoved;
-use late::OneLate;
-use low_pass::LowPass;
-use missed::MissedBreakaway;
+use changed::ChangedSystem;
+use clock::{ClockRate, Clocked};
+use filing::FiledRows;
+use late::{MissedBreakaway, OneLate};
 use number::ChangedNumber;
-use offset::ChannelOffset;
-use repeated::RepeatedRows;
 use smooth::Smooth;
-use state::OtherState;
 use std::fmt::Debug;
 use std::sync::Arc;
 use steps::SteppingSolver;
-use stick_test::StickTest;
-use swapped::SwappedColumns;
 
 /// A mistake with its values, which would make the reference's run the candidate.
 pub(crate) trait Cause: Debug + Send + Sync {
@@ -103,10 +83,7 @@ pub(crate) trait Cause: Debug + Send + Sync {
 
     /// How well the motion explains the candidate.
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        match self.is_of_rows() {
-            true => rows::judged(evidence, played),
-            false => evidence.judged(played, f64::INFINITY),
-        }
+        evidence.judged(played, f64::INFINITY)
     }
 
     /// Rank among mistakes that explain as much and are as complex; the lowest is the likeliest.
@@ -122,27 +99,18 @@ pub(crate) trait Cause: Debug + Send + Sync {
     /// The mistake is in the file, such as another clock, and not in the motion. A mistake of the motion that explains
     /// as much is named beside it.
     fn is_of_file(&self) -> bool {
-        self.is_of_rows()
-    }
-
-    /// The mistake is in how the rows of a right motion were processed. The motion then begins as the case does, and is
-    /// judged by its samples: the events that are found in them are those of the processing.
-    fn is_of_rows(&self) -> bool {
         false
     }
 
     /// The search ends if this is a cause.
-    fn is_certain(&self, _evidence: &Evidence<'_>) -> bool {
+    fn is_certain(&self, _evidence: &Evidence<'_>, _judged: &Judged) -> bool {
         false
     }
 
     /// Whether a run with the mistake may begin at one of [`Evidence::starts`]: by default where the mistakes of the
     /// case and of the solver can be seen.
     fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        match self.is_of_rows() {
-            true => rows::is_start_of_case(evidence, start),
-            false => !evidence.is_other_state(start),
-        }
+        !evidence.is_other_state(start)
     }
 
     /// It is another initial state. Runs from the candidate's own state then include it.
@@ -157,7 +125,7 @@ pub(crate) trait Cause: Debug + Send + Sync {
 
     /// Whether the events of the motion are to be counted in the report.
     fn has_events(&self, _judged: &Judged) -> bool {
-        !self.is_of_rows()
+        true
     }
 
     /// End of the judged part, s, if rounding decides what the solver does from there on.
@@ -190,7 +158,7 @@ pub(crate) trait Cause: Debug + Send + Sync {
     fn report(&self, search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
         let (kind, words) = self.words(search);
         let beside = match self.is_of_file() {
-            true => rows::beside(search, kind.name(), all, causes),
+            true => filing::beside(search, kind.name(), all, causes),
             false => String::new(),
         };
         (kind, format!("{words}: {}{beside}", search.outcome(&all[0])))
@@ -215,19 +183,11 @@ pub(crate) const ORDER: &[Round] = &[
     },
     Round {
         needed: |_| true,
-        propose: &[
-            SwappedColumns::propose,
-            ChannelOffset::propose,
-            RepeatedRows::propose,
-            ClockRate::propose,
-            HalfStep::propose,
-            MovingAverage::propose,
-            LowPass::propose,
-        ],
+        propose: &[FiledRows::propose, ClockRate::propose],
     },
     Round {
         needed: |_| true,
-        propose: &[NoKick::up_to_onset],
+        propose: &[ChangedSystem::unkicked_up_to_onset],
     },
     Round {
         needed: |_| true,
@@ -235,14 +195,10 @@ pub(crate) const ORDER: &[Round] = &[
             Smooth::shown,
             ChangedNumber::of_equations,
             ChangedNumber::of_breakaways,
-            OtherState::propose,
-            NoKick::propose,
-            KickOn::propose,
-            KickMoved::propose,
-            StickTest::propose,
+            ChangedSystem::propose,
+            ChangedSystem::kick_times,
             OneLate::propose,
             MissedBreakaway::propose,
-            SteppingSolver::of_tolerances,
         ],
     },
     Round {
@@ -255,7 +211,7 @@ pub(crate) const ORDER: &[Round] = &[
     },
     Round {
         needed: |search| search.with_steps && !search.has_exact(),
-        propose: &[SteppingSolver::propose],
+        propose: &[SteppingSolver::of_tolerances, SteppingSolver::propose],
     },
     Round {
         needed: |search| search.with_steps && search.lacks_cause(),

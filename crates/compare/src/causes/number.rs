@@ -312,7 +312,7 @@ fn fitted(search: &Search<'_>, pairs: bool) -> Vec<Proposal> {
     unknown.retain(|unknown| !pairs || unknown.scaled.is_empty());
     let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
     let found = starts.flat_map(|start| {
-        let play = |numbers: &[(String, f64)]| evidence.with_numbers(start, numbers);
+        let play = |numbers: &[(String, f64)], until| evidence.until(until).with_numbers(start, numbers);
         let base = evidence.unchanged(start);
         base.map_or_else(Vec::new, |base| {
             closest(evidence, &play, &base, &unknown, pairs, &guesses)

@@ -5,7 +5,7 @@ use super::kick::{JumpPass, OtherKick, other_kick};
 use super::observation::{Observation, ObservationPass};
 use super::parameters::OtherParameters;
 use super::search::{FoundCauses, Search, Tried};
-use super::{apart, steps};
+use super::steps;
 use crate::candidate::Candidate;
 use crate::clock::{FoundOffset, OtherClock};
 use crate::comparison::{Closest, Span, Unexplained};
@@ -13,7 +13,7 @@ use crate::detect::{Detection, Found};
 use crate::diagnosis::{CauseKind, Diagnosis, Symptoms};
 use crate::error::{Limit, OutOfTime};
 use crate::follows::follows;
-use crate::{CompareError, Reference, survey};
+use crate::{Channel, CompareError, Reference, survey};
 use std::sync::atomic::Ordering;
 use stickslip_case::WrittenCase;
 use stickslip_system::record::EventKind;
@@ -213,9 +213,13 @@ impl Reference {
                 } else {
                     let mut each: Vec<Closest> = Vec::new();
                     for Tried { cause, judged, .. } in &tried {
-                        let (cause, explained) = (cause.words(&search).0, judged.explained);
-                        if each.iter().all(|known| known.cause != cause) {
-                            each.push(Closest { cause, explained });
+                        let kind = cause.words(&search).0;
+                        if each.iter().all(|known| known.cause != kind) {
+                            each.push(Closest {
+                                cause: kind,
+                                explained: judged.explained,
+                                why_not: judged.why_not(cause.least(&evidence)),
+                            });
                         }
                     }
                     causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), each));
@@ -298,7 +302,68 @@ impl Search<'_> {
                 second = second.or(Some(tried));
             }
         }
-        let apart = second.and_then(|second| apart::apart(self.evidence, first, second));
+        let apart = second.and_then(|second| apart(self.evidence, first, second));
         words + &apart.unwrap_or_default()
     }
+}
+
+const ROUNDING: f64 = 1e-12;
+
+/// Where two mistakes differ most at the candidate's times, in parts of the channels' sizes, in words; `None` if one of
+/// them cannot be run again.
+fn apart(evidence: &Evidence<'_>, one: &Tried, other: &Tried) -> Option<String> {
+    let one_motion = "; the first two are one motion: another start, drive or force tells them apart".to_owned();
+    let Some(seen) = evidence.observation else {
+        let [one, other] = [one, other].map(|tried| tried.cause.run(evidence, tried.start));
+        let (one, other) = (one?.events, other?.events);
+        let off = one.iter().zip(&other).map(|(a, b)| (a.time - b.time).abs());
+        let (mut number, mut by) = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        if by <= ROUNDING * evidence.period {
+            if one.len() == other.len() {
+                return Some(one_motion);
+            }
+            let last = one.iter().chain(&other).map(|event| event.time).fold(0.0, f64::max);
+            (number, by) = (one.len().min(other.len()), (evidence.covered.1 - last).abs());
+        }
+        return Some(format!(
+            "; the first two differ most at event {number}, by {by:.1e} s: more digits or samples tell them apart"
+        ));
+    };
+    let physics = evidence.physics;
+    let compared = seen.channels.iter().zip(&seen.sizes);
+    let compared = compared.filter(|(_, size)| size.is_finite());
+    let mut channels: Vec<Channel> = compared.map(|(channel, _)| *channel).collect();
+    let shown = channels.len();
+    let state = physics.state.iter().copied();
+    let lacking: Vec<Channel> = state.filter(|channel| !channels.contains(channel)).collect();
+    channels.extend(lacking);
+    let unknown = vec![vec![f64::NAN; seen.time.len()]; channels.len()];
+    let sizes = channels.iter().map(|&channel| physics.size(channel, false));
+    let all = Observation {
+        sizes: sizes.collect(),
+        time: seen.time.clone(),
+        values: unknown.clone(),
+        reference: unknown,
+        channels,
+        ..Observation::default()
+    };
+    let evidence = evidence.observed_as(Some(&all));
+    let [one, other] = [one, other].map(|tried| tried.cause.run(&evidence, tried.start));
+    let (one, other) = (one?.values, other?.values);
+    let mut largest = (ROUNDING, one_motion);
+    for (k, &channel) in all.channels.iter().enumerate() {
+        for (row, (a, b)) in one[k].iter().zip(&other[k]).enumerate() {
+            let by = (a - b).abs();
+            if by / all.sizes[k] > largest.0 {
+                let (name, unit) = (channel.name(), physics.vocabulary().unit(channel));
+                let lacking = if k < shown { "" } else { ", which the candidate lacks" };
+                let words = format!(
+                    "; the first two differ most in {name}{lacking}, by {by:.1e} {unit} at {:.6} s",
+                    seen.time[row]
+                );
+                largest = (by / all.sizes[k], words);
+            }
+        }
+    }
+    Some(largest.1)
 }

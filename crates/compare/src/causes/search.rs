@@ -65,6 +65,11 @@ pub(crate) enum FoundCauses {
     Unexplained(Vec<Tried>),
 }
 
+/// The candidate departs from the reference at the first difference above this part of the largest; natural periods
+/// beyond that in which another motion shows what it explains.
+const DEPARTS: f64 = 0.1;
+const BEYOND: f64 = 2.0;
+
 /// Share that another initial state explains if runs from the candidate's own state include this cause.
 const MUCH: f64 = 0.5;
 
@@ -133,8 +138,22 @@ impl Search<'_> {
         let has_own_state = cause.stepper().is_some();
         let starts = if has_own_state { 1 } else { evidence.starts.len() };
         let starts = (0..starts).filter(|start| has_own_state || cause.begins_at(evidence, *start));
+        // A motion that is farther from the candidate than the reference at first is not run to its end.
+        let departs = evidence.observation.and_then(|seen| seen.parts(DEPARTS));
+        let (begins, end) = evidence.span();
+        let until = departs.map(|time| time + BEYOND * evidence.period);
+        let until =
+            until.filter(|until| !has_own_state && !cause.is_of_file() && 2.0 * (until - begins) < end - begins);
+        let is_farther = |start: usize| {
+            let (until, seen) = until.zip(evidence.observation)?;
+            let played = cause.run(&evidence.until(until), start)?;
+            Some(seen.left(&played.values, until) > seen.left(&seen.reference, until))
+        };
         let tried = starts.filter_map(|start| {
-            let played = cause.run(evidence, start)?;
+            let played = match is_farther(start) {
+                Some(true) => return None,
+                _ => cause.run(evidence, start)?,
+            };
             let own_state = matches!(evidence.starts.get(start), Some(TrialStart::At(..)));
             Some(Tried {
                 cause: cause.clone(),
@@ -171,11 +190,12 @@ impl Search<'_> {
             }
             let proposals = round.propose.iter().flat_map(|propose| propose(self)).collect();
             let mut tried = self.try_all(proposals);
-            let certain = |tried: &&Tried| tried.is_cause(evidence) && tried.cause.is_certain(evidence);
+            let is_certain = |tried: &Tried| tried.cause.is_certain(evidence, &tried.judged);
+            let certain = |tried: &&Tried| tried.is_cause(evidence) && is_certain(tried);
             if let Some(certain) = tried.iter().find(certain) {
                 return FoundCauses::Causes(vec![certain.clone()]);
             }
-            tried.retain(|tried| !tried.cause.is_certain(evidence));
+            tried.retain(|tried| !is_certain(tried));
             self.tried.append(&mut tried);
             if self.has_state() {
                 if !self.with_state {

@@ -1,8 +1,8 @@
 //! Solvers with steps: the equations of a case by a method of low order, with events at the ends of steps.
 
-use super::creep::SHAPES;
 use super::motion::Played;
 use super::observation::{Observation, ObservedValues};
+use super::smooth::SHAPES;
 use crate::Channel;
 use crate::reference::Physics;
 use std::cmp::Ordering;
