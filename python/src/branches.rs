@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use stickslip::results::schema::{StorageKind, Variable};
+use stickslip::results::schema::{self, StorageKind, Variable};
 use stickslip::results::{ResultError, StudyFile, check_sound};
 
 const GROUPS: [&str; 3] = ["branches", "points", "curves"];
@@ -14,7 +14,7 @@ const GROUPS: [&str; 3] = ["branches", "points", "curves"];
 type Branches = ([Vec<(Variable, Vec<usize>, Vec<f64>)>; 3], [String; 4]);
 
 fn read(path: &Path) -> Result<Branches, ResultError> {
-    let file = StudyFile::open_continuation(path)?;
+    let file = StudyFile::open(path, schema::CONTINUATION_FORMAT)?;
     check_sound(path)?;
     let text = |group, name| Ok(file.text_attribute(group, name)?.unwrap_or_default());
     let texts = [
@@ -30,7 +30,7 @@ fn read(path: &Path) -> Result<Branches, ResultError> {
 /// Whether a file is one of a continuation, sound or not.
 #[pyfunction]
 pub fn is_continuation(py: Python<'_>, path: PathBuf) -> bool {
-    py.detach(|| StudyFile::is_continuation(&path))
+    py.detach(|| StudyFile::is(&path, schema::CONTINUATION_FORMAT))
 }
 
 /// The branches of a file, as columns with their groups.

@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use stickslip::results::{ResultError, StudyFile, check_sound};
+use stickslip::results::{ResultError, StudyFile, check_sound, schema};
 
 /// A variable of the points.
 struct Variable {
@@ -22,7 +22,7 @@ struct Variable {
 type Study = (bool, Vec<Variable>, [String; 2], Vec<(u64, String)>);
 
 fn read(path: &Path) -> Result<Study, ResultError> {
-    let file = StudyFile::open_sweep(path)?;
+    let file = StudyFile::open(path, schema::SWEEP_FORMAT)?;
     check_sound(path)?;
     let variables = file
         .variables("/")
@@ -47,7 +47,7 @@ fn read(path: &Path) -> Result<Study, ResultError> {
 /// Whether a file is one of a sweep, sound or not.
 #[pyfunction]
 pub fn is_study(py: Python<'_>, path: PathBuf) -> bool {
-    py.detach(|| StudyFile::is_sweep(&path))
+    py.detach(|| StudyFile::is(&path, schema::SWEEP_FORMAT))
 }
 
 /// The points of a sweep file: whether they lie in a grid, its variables, and its failures.

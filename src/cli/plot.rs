@@ -21,7 +21,7 @@ use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_analysis::continuation::Stored;
 use stickslip_case::Motion;
 use stickslip_compare::Mapping;
-use stickslip_files::{Reason, ResultFile, Status, StudyFile, check_sound};
+use stickslip_files::{Reason, ResultFile, Status, StudyFile, check_sound, schema};
 
 const FIGURE: Product = Product::Figure("-o");
 
@@ -125,10 +125,10 @@ struct NotDrawn {
 }
 
 fn kind(path: &Path) -> Result<StudyKind, Error> {
-    let kind = match StudyFile::open_sweep(path) {
+    let kind = match StudyFile::open(path, schema::SWEEP_FORMAT) {
         Ok(file) => StudyKind::Sweep(Box::new(file)),
         Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
-        Err(_) if StudyFile::is_work_precision(path) => StudyKind::WorkPrecision,
+        Err(_) if StudyFile::is(path, schema::WORK_PRECISION_FORMAT) => StudyKind::WorkPrecision,
         Err(_) if Stored::is_one(path) => StudyKind::Branches,
         // The command that draws the file will report the error.
         Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),

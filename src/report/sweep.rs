@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 use stickslip_analysis::sweep::{Boundaries, CurveBranch, Design, Shard, Study, SweepReport};
-use stickslip_files::StudyFile;
+use stickslip_files::{StudyFile, schema};
 
 #[derive(Serialize)]
 pub(crate) struct SweepSummary<'a> {
@@ -138,7 +138,7 @@ impl<'a> SweepSummary<'a> {
         if !matches!(self.study.design, Design::Rows(_)) || self.shard.is_some() {
             return Page::default();
         }
-        let file = StudyFile::open_sweep(&self.report.file).map_err(Error::from);
+        let file = StudyFile::open(&self.report.file, schema::SWEEP_FORMAT).map_err(Error::from);
         let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
         found.unwrap_or_default().iter().fold(Page::default(), distribution)
     }

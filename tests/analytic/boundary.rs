@@ -4,7 +4,7 @@ use std::path::Path;
 use stickslip::analysis::stability::growth::foreseen_exponent;
 use stickslip::case::Override;
 use stickslip::model::Parameters;
-use stickslip::results::StudyFile;
+use stickslip::results::{StudyFile, schema};
 use stickslip::sweep::{
     CurveBranch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
 };
@@ -65,7 +65,7 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     for [decay, damping] in limit {
         assert!((damping / (slope * decay) - 1.0).abs() < 1e-12, "{decay} {damping}");
     }
-    let file = StudyFile::open_sweep(&folder.path().join("b.h5")).unwrap();
+    let file = StudyFile::open(&folder.path().join("b.h5"), schema::SWEEP_FORMAT).unwrap();
     assert_eq!(file.numbers("boundary/friction_decay").unwrap().len(), points.len());
 }
 

@@ -5,7 +5,7 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
-use stickslip::results::{ResultFile, StudyFile};
+use stickslip::results::{ResultFile, StudyFile, schema};
 
 /// A run that is over in a moment: the ramp and the beginning of the sliding.
 pub const SHORT: &[&str] = &["--set", "output.end_time=0.05", "--set", "output.interval=1e-3"];
@@ -132,7 +132,7 @@ impl Folder {
     }
 
     pub fn sweep_file(&self, name: &str) -> StudyFile {
-        StudyFile::open_sweep(&self.path(name)).unwrap()
+        StudyFile::open(&self.path(name), schema::SWEEP_FORMAT).unwrap()
     }
 
     pub fn result(&self, name: &str) -> ResultFile {

@@ -200,7 +200,7 @@ impl Reader {
         }
     }
 
-    /// The list at a path; `None` if there is none, or if an index beyond it is set, which is reported. In a list
+    /// The list at a path; `None` if it is missing, or if an index beyond it is set, which is reported. In a list
     /// that is set element by element, missing elements are `default`.
     fn whole_list(&mut self, path: &str, count: usize, default: f64) -> Option<PlacedValue> {
         let node = self.root.at(path)?;

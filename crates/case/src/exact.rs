@@ -187,10 +187,8 @@ impl ExactReader<'_> {
     }
 
     fn list(&self, path: &str, values: &[f64]) -> FoundExact<Vec<BigRational>> {
-        let elements = values.iter().enumerate();
-        elements
-            .map(|(index, value)| self.number(&format!("{path}.{index}"), *value))
-            .collect()
+        let number = |(index, value): (usize, &f64)| self.number(&format!("{path}.{index}"), *value);
+        values.iter().enumerate().map(number).collect()
     }
 
     fn drive(&self, path: &str, drive: &Drive) -> FoundExact<Drive<BigRational>> {

@@ -33,12 +33,8 @@ pub(crate) fn text_of(source: impl Read) -> io::Result<Result<String, Option<usi
 
 /// A TOML document, or a part of one, as JSON.
 pub fn json_of_toml(item: &Item) -> serde_json::Value {
-    let of_table = |table: &toml_edit::Table| -> serde_json::Value {
-        table
-            .iter()
-            .map(|(key, item)| (key.to_owned(), json_of_toml(item)))
-            .collect()
-    };
+    let entry = |(key, item): (&str, &Item)| (key.to_owned(), json_of_toml(item));
+    let of_table = |table: &toml_edit::Table| -> serde_json::Value { table.iter().map(entry).collect() };
     match item {
         Item::None => serde_json::Value::Null,
         Item::Value(value) => json_of_value(value),
@@ -56,10 +52,12 @@ pub fn json_of_value(value: &Value) -> serde_json::Value {
         Value::Boolean(truth) => (*truth.value()).into(),
         Value::Datetime(time) => time.value().to_string().into(),
         Value::Array(list) => list.iter().map(json_of_value).collect(),
-        Value::InlineTable(table) => table
-            .iter()
-            .map(|(key, value)| (key.to_owned(), json_of_value(value)))
-            .collect(),
+        Value::InlineTable(table) => {
+            let entries = table.iter();
+            entries
+                .map(|(key, value)| (key.to_owned(), json_of_value(value)))
+                .collect()
+        }
     }
 }
 

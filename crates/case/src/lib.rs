@@ -125,7 +125,7 @@ impl Case {
         }
     }
 
-    /// The same case in the general form, with `[rotor]` and `[stator]`.
+    /// This case in the general form, with `[rotor]` and `[stator]`.
     #[must_use]
     pub fn in_general_form(&self) -> Case {
         Case {

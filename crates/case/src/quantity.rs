@@ -73,14 +73,12 @@ impl Dimension {
         self.facts().0
     }
 
-    /// The dimension of a unit as UDUNITS writes it, such as "rad s-1"; `None` if there is none.
+    /// The dimension of a unit as UDUNITS writes it, such as "rad s-1"; `None` for any other unit.
     pub fn of_udunits(unit: &str) -> Option<Dimension> {
         let written = |dimension: &Dimension| {
             let mut parts = dimension.unit().split('/');
-            let above = parts
-                .next()
-                .filter(|above| *above != "1")
-                .map(|above| above.replace('^', ""));
+            let above = parts.next().filter(|above| *above != "1");
+            let above = above.map(|above| above.replace('^', ""));
             let below = parts.map(|below| match below.split_once('^') {
                 Some((symbol, power)) => format!("{symbol}-{power}"),
                 None => format!("{below}-1"),
@@ -370,18 +368,14 @@ fn describe(exponents: [i32; 4]) -> String {
         return "an angular acceleration, rad/s^2".to_owned();
     }
     let symbols = ["kg", "m", "s", "rad"];
-    let factors: Vec<String> = symbols
-        .into_iter()
-        .zip(exponents)
-        .filter(|&(_, power)| power != 0)
-        .map(|(symbol, power)| match power {
-            1 => symbol.to_owned(),
-            _ => format!("{symbol}^{power}"),
-        })
-        .collect();
-    match factors.is_empty() {
-        true => "a plain number".to_owned(),
-        false => format!("in {}", factors.join(" ")),
+    let factors = symbols.into_iter().zip(exponents).filter(|&(_, power)| power != 0);
+    let factors = factors.map(|(symbol, power)| match power {
+        1 => symbol.to_owned(),
+        _ => format!("{symbol}^{power}"),
+    });
+    match factors.collect::<Vec<_>>().join(" ").as_str() {
+        "" => "a plain number".to_owned(),
+        factors => format!("in {factors}"),
     }
 }
 

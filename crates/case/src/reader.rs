@@ -148,10 +148,10 @@ impl Reader {
     /// Reports a violated condition at the override that broke it, else at the value itself.
     pub(super) fn report_violation(&mut self, violation: Violation) {
         let Violation { path, with, message } = violation;
-        let broken_by = with
+        let mut others = with
             .iter()
-            .find(|other| self.is_overridden(other) && !self.is_overridden(&path));
-        let place = self.place(broken_by.unwrap_or(&path));
+            .filter(|other| self.is_overridden(other) && !self.is_overridden(&path));
+        let place = self.place(others.next().unwrap_or(&path));
         self.push(place, &path, message);
     }
 
@@ -457,11 +457,8 @@ pub(super) fn missing(key: &Key, motion: Motion) -> String {
 /// Message about an unknown key in the table at `parent`, which is `pattern` in the schema.
 fn unknown_key(name: &str, parent: &str, pattern: &str, known: &[&'static str]) -> String {
     let start = join(pattern, "");
-    let mut here: Vec<&str> = known
-        .iter()
-        .filter_map(|key| key.strip_prefix(start.as_str()))
-        .map(|rest| rest.split(['.', '[']).next().unwrap_or(rest))
-        .collect();
+    let here = known.iter().filter_map(|key| key.strip_prefix(start.as_str()));
+    let mut here: Vec<&str> = here.map(|rest| rest.split(['.', '[']).next().unwrap_or(rest)).collect();
     here.dedup();
     if let Some(close) = suggest(name, here.iter().copied()) {
         return format!("unknown key; did you mean {}?", join(parent, close));

@@ -138,10 +138,8 @@ const KEYS: &[SignalKey] = &[
 ];
 
 pub(super) fn keys_of(profile: &str) -> Vec<&'static str> {
-    KEYS.iter()
-        .filter(|key| key.1.contains(&profile))
-        .map(|key| key.0)
-        .collect()
+    let own = KEYS.iter().filter(|key| key.1.contains(&profile));
+    own.map(|key| key.0).collect()
 }
 
 /// Dimension and limits of the number at `path` in a signal. `dimension` is that of the signal in rotation.
@@ -364,11 +362,8 @@ impl Signals {
 
 fn foreign_key(name: &str, profile: &str) -> String {
     let own = keys_of(profile);
-    let owners: Vec<&str> = PROFILES
-        .iter()
-        .copied()
-        .filter(|other| keys_of(other).contains(&name))
-        .collect();
+    let owners = PROFILES.iter().copied().filter(|other| keys_of(other).contains(&name));
+    let owners: Vec<&str> = owners.collect();
     if !owners.is_empty() {
         return format!(
             "belongs to profile \"{}\", but the profile is \"{profile}\": remove it, or change the profile",

@@ -86,8 +86,8 @@ pub(super) fn form_of(
     let said = is_short(&root);
     let wrong = overrides
         .iter()
-        .filter_map(|change| document::apply(&mut root, change).err())
-        .collect();
+        .filter_map(|change| document::apply(&mut root, change).err());
+    let wrong = wrong.collect();
     let short = said.or_else(|| is_short(&root)).unwrap_or(true);
     Ok((root, short, wrong))
 }

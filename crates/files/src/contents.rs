@@ -18,7 +18,7 @@ pub struct Contents {
     pub variables: Vec<VariableInfo>,
     /// Whether a run was still writing the file; the listing shows the last flush.
     pub growing: bool,
-    /// Damage found by the seal and the sums of chunks; `None` if there is none, or neither.
+    /// Damage found by the seal and the sums of chunks; `None` without damage, or without seal and sums.
     pub damage: Option<String>,
 }
 

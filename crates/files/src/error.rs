@@ -240,10 +240,9 @@ pub(super) fn describe(error: &hdf5::Error) -> String {
         return error.to_string();
     };
     // The stack contains names from the file, which the binding takes for UTF-8.
-    let frames: Vec<String> = stack
-        .iter()
-        .map(|frame| String::from_utf8_lossy(frame.desc().as_bytes()).into_owned())
-        .collect();
+    let frames = stack.iter();
+    let frames = frames.map(|frame| String::from_utf8_lossy(frame.desc().as_bytes()).into_owned());
+    let frames: Vec<String> = frames.collect();
     let outer = frames.first().map_or("", String::as_str);
     let inner = frames.last().map_or("", String::as_str);
     let system = frames.iter().find(|frame| frame.contains("errno"));

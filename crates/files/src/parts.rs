@@ -103,7 +103,7 @@ impl Extra {
 }
 
 impl StickSlipTable {
-    /// Value of a quantity or a count; `None` if there is none.
+    /// Value of a quantity or a count; `None` if it is missing.
     pub fn value(&self, name: &str) -> Option<f64> {
         let found = self.attributes.iter().find(|attribute| attribute.name == name);
         found.map(|attribute| attribute.value).filter(|value| !value.is_nan())

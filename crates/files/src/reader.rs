@@ -221,7 +221,7 @@ impl ResultFile {
         Ok(channel::products(a?, b?))
     }
 
-    /// What the case of the file adds to the tables, apart from the columns of its parts.
+    /// Additions of the case to the tables, without the columns of its parts.
     pub(super) fn extension(&self) -> Result<Extension, ResultError> {
         let motion = self.group_text(group::META, schema::META_MOTION)?;
         Ok(Extension {
@@ -477,7 +477,7 @@ impl ResultFile {
         self.source.text_attribute(group, name)
     }
 
-    /// A two-dimensional table, row by row, with its shape; `None` if there is none.
+    /// A two-dimensional table, row by row, with its shape; `None` if it does not exist.
     pub fn matrix(&self, group: &str, name: &str) -> Result<Option<Matrix>, ResultError> {
         let path = format!("{group}/{name}");
         let Some(info) = self.source.dataset(&path)? else {
@@ -490,7 +490,7 @@ impl ResultFile {
         Ok(Some((values, [rows, columns])))
     }
 
-    /// A text variable; `None` if there is none.
+    /// A text variable; `None` if it does not exist.
     pub fn text_variable(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
         let path = format!("{group}/{name}");
         match self.source.dataset(&path)? {

@@ -142,13 +142,13 @@ impl KeptTable {
 
 impl From<TableSchema> for KeptTable {
     fn from(schema: TableSchema) -> Self {
+        let columns = schema
+            .variables
+            .into_iter()
+            .map(|variable| FileColumn::new(variable, []));
         KeptTable {
             group: schema.group,
-            columns: schema
-                .variables
-                .into_iter()
-                .map(|variable| FileColumn::new(variable, []))
-                .collect(),
+            columns: columns.collect(),
         }
     }
 }

@@ -9,7 +9,8 @@ use stickslip_system::record::{EventKind, RecordedChannel, State, channel};
 
 /// Root attribute `format` of every result file.
 pub const FORMAT: &str = "stickslip-result";
-pub(crate) const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
+/// Root attribute `format` of the file of a work-precision study.
+pub const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
 /// Formats of this program, each with the hint for a command that wants the result of a run.
 pub(crate) const FORMATS: [(&str, &str); 5] = [
     (FORMAT, ""),
@@ -39,8 +40,10 @@ pub(crate) fn own_format(format: Option<&str>) -> Option<&'static str> {
     FORMATS.iter().find(|own| format == Some(own.0)).map(|own| own.1)
 }
 
-pub(crate) const CONTINUATION_FORMAT: &str = "stickslip-continuation";
-pub(crate) const SWEEP_FORMAT: &str = "stickslip-sweep";
+/// Root attribute `format` of the file of a continuation.
+pub const CONTINUATION_FORMAT: &str = "stickslip-continuation";
+/// Root attribute `format` of the file of a sweep.
+pub const SWEEP_FORMAT: &str = "stickslip-sweep";
 pub(crate) const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";
 /// Root attribute `format_version`, raised by changes that old readers would misread.
 pub const FORMAT_VERSION: i32 = 1;

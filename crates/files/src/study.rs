@@ -58,11 +58,8 @@ impl StudyHeader {
             (schema::root::SOURCE, &self.source),
             (schema::root::HISTORY, &self.history),
         ];
-        texts.extend(
-            self.references
-                .iter()
-                .map(|text| (schema::root::REFERENCES, text.as_str())),
-        );
+        let references = self.references.iter();
+        texts.extend(references.map(|text| (schema::root::REFERENCES, text.as_str())));
         texts.push((schema::root::FORMAT, format));
         texts.extend(Some((DIGEST, self.digest.as_str())).filter(|digest| !digest.1.is_empty()));
         texts.extend(status.map(|status| (schema::root::STATUS, status.name())));
@@ -143,42 +140,17 @@ pub struct StudyFile {
 }
 
 impl StudyFile {
-    /// Opens a sweep file. Fails if it is missing, not a sweep file, damaged, or of a newer version.
-    pub fn open_sweep(path: &Path) -> Result<Self, ResultError> {
-        let source = FileSource::open_known(path)?;
-        let file = StudyFile { source };
-        match file.text(schema::root::FORMAT).as_deref() {
-            Some(schema::SWEEP_FORMAT) => file.source.check_tables().map(|()| file),
-            Some(schema::SWEEP_SHARD_FORMAT) => Err(Reason::OnlyAShard.of(path)),
-            _ => Err(Reason::NotASweep.of(path)),
-        }
-    }
-
-    /// Opens a continuation file. Fails if it is missing, of another kind, of a newer version, or damaged.
-    pub fn open_continuation(path: &Path) -> Result<Self, ResultError> {
-        let source = FileSource::open_format(path, schema::CONTINUATION_FORMAT)?;
+    /// Opens the file of a study in a format of [`schema`]. Fails if it is missing, of another format, of a newer version,
+    /// or damaged.
+    pub fn open(path: &Path, format: &'static str) -> Result<Self, ResultError> {
+        let source = FileSource::open_format(path, format)?;
         Ok(StudyFile { source })
     }
 
-    /// Opens the file of a work-precision study, as [`Self::open_continuation`] does.
-    pub fn open_work_precision(path: &Path) -> Result<Self, ResultError> {
-        let source = FileSource::open_format(path, schema::WORK_PRECISION_FORMAT)?;
-        Ok(StudyFile { source })
-    }
-
-    /// Whether the file at `path` is of a work-precision study.
-    pub fn is_work_precision(path: &Path) -> bool {
-        FileSource::is_of_format(path, schema::WORK_PRECISION_FORMAT)
-    }
-
-    /// Whether the file at `path` is a sweep file.
-    pub fn is_sweep(path: &Path) -> bool {
-        FileSource::is_of_format(path, schema::SWEEP_FORMAT)
-    }
-
-    /// Whether the file at `path` is a continuation file.
-    pub fn is_continuation(path: &Path) -> bool {
-        FileSource::is_of_format(path, schema::CONTINUATION_FORMAT)
+    /// Whether the file at `path` is of this format.
+    pub fn is(path: &Path, format: &'static str) -> bool {
+        let is_uneven = |error: ResultError| matches!(error.reason, Reason::Uneven { .. });
+        Self::open(path, format).map_or_else(is_uneven, |_| true)
     }
 
     /// Path of the file.
@@ -297,12 +269,8 @@ impl StudyFile {
 
     /// Names of the members of a group; none if there is no such group. Fails if they are unreadable.
     pub fn names(&self, group: &str) -> Result<Vec<String>, ResultError> {
-        Ok(self
-            .source
-            .members(group)?
-            .into_iter()
-            .map(|member| member.name)
-            .collect())
+        let members = self.source.members(group)?.into_iter();
+        Ok(members.map(|member| member.name).collect())
     }
 
     /// A numeric attribute of a group. Fails if it is unreadable.

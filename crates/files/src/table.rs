@@ -310,13 +310,8 @@ impl TableWriter {
     fn write_column<T: StoredNumber>(&mut self, index: usize, known: usize) -> hdf5::Result<()> {
         let width = self.columns.len();
         let dataset = &self.columns[index].dataset;
-        let values: Vec<T> = self
-            .buffer
-            .iter()
-            .skip(index)
-            .step_by(width)
-            .map(|&value| T::of(value))
-            .collect();
+        let values = self.buffer.iter().skip(index).step_by(width);
+        let values: Vec<T> = values.map(|&value| T::of(value)).collect();
         dataset.resize([self.rows])?;
         for (part, values) in values.chunks(self.chunk).enumerate() {
             let start = self.written - known + part * self.chunk;

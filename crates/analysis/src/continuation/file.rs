@@ -13,7 +13,7 @@ use crate::sweep::journal_path;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use stickslip_case::Motion;
-use stickslip_files::schema::{META_POINT_COMMAND, Variable, attribute};
+use stickslip_files::schema::{CONTINUATION_FORMAT, META_POINT_COMMAND, Variable, attribute};
 use stickslip_files::{
     Addition, AttributeValue, DeclaredColumn, FileColumn, Reservation, ResultError, Status, StudyFile, StudyHeader,
     columns, partial_path,
@@ -304,7 +304,7 @@ pub struct Stored {
 impl Stored {
     /// Whether the file at `path` is a continuation.
     pub fn is_one(path: &Path) -> bool {
-        StudyFile::is_continuation(path)
+        StudyFile::is(path, CONTINUATION_FORMAT)
     }
 
     /// Reads a continuation file.
@@ -312,7 +312,7 @@ impl Stored {
     /// # Errors
     /// The file is missing, damaged, too new, or of another kind.
     pub fn read(path: &Path) -> Result<Stored, ResultError> {
-        let file = StudyFile::open_continuation(path)?;
+        let file = StudyFile::open(path, CONTINUATION_FORMAT)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);
         let (points, branches) = (file.table("points")?, file.table("branches")?);
         let given =

@@ -14,7 +14,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use stickslip_case::Case;
 use stickslip_engine::hybrid::RunError;
-use stickslip_files::{Partition, Reason, ShardFile, ShardPlan, StudyFile, check_sound, check_target};
+use stickslip_files::{Partition, Reason, ShardFile, ShardPlan, StudyFile, check_sound, check_target, schema};
 use stickslip_system::quote::shown;
 use stickslip_system::watch::Watch;
 
@@ -197,7 +197,7 @@ fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> Result<Swee
     };
     let (points, mut failures) = match shard {
         None => {
-            let file = StudyFile::open_sweep(path)?;
+            let file = StudyFile::open(path, schema::SWEEP_FORMAT)?;
             check_sound(path)?;
             check(file.digest())?;
             (file.numbers("status")?.len() as u64, file.failures()?)

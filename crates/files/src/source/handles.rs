@@ -287,9 +287,8 @@ impl Handles {
         }
         let stored = match (&chunk, chunks, layout) {
             (Some(chunk), Some(chunks), _) => {
-                let of_one = chunk
-                    .iter()
-                    .try_fold(bytes.max(1), |size, &length| size.checked_mul(length));
+                let mut lengths = chunk.iter();
+                let of_one = lengths.try_fold(bytes.max(1), |size, &length| size.checked_mul(length));
                 if of_one.is_none_or(|bytes| bytes > CHUNK_BYTES) {
                     let limit = CHUNK_BYTES >> 20;
                     return refused(format!(

@@ -124,16 +124,14 @@ impl FileSource {
     pub(super) fn open_format(path: &Path, format: &str) -> Result<FileSource, ResultError> {
         let source = Self::open_known(path)?;
         let found = source.text_attribute("", schema::root::FORMAT)?;
-        if found.as_deref() != Some(format) {
-            return Err(Reason::NotAResult(found).of(path));
-        }
-        source.check_tables()?;
-        Ok(source)
-    }
-
-    pub(super) fn is_of_format(path: &Path, format: &str) -> bool {
-        let is_uneven = |error: &ResultError| matches!(error.reason, Reason::Uneven { .. });
-        Self::open_format(path, format).map_or_else(|error| is_uneven(&error), |_| true)
+        let reason = match (format, found.as_deref()) {
+            (_, Some(found)) if found == format => return source.check_tables().map(|()| source),
+            (schema::SWEEP_FORMAT, Some(schema::SWEEP_SHARD_FORMAT)) => Reason::OnlyAShard,
+            (schema::SWEEP_FORMAT, _) => Reason::NotASweep,
+            (schema::SWEEP_SHARD_FORMAT, _) => Reason::NotAShard,
+            _ => Reason::NotAResult(found),
+        };
+        Err(reason.of(path))
     }
 
     /// Like [`Self::open`], with a chunk cache for each variable. A compressed chunk beyond HDF5's default cache

@@ -13,7 +13,6 @@ use super::{
 };
 use crate::attributes::{AttributeValue, write_attribute};
 use crate::schema::{self, INPUT_CASE, StorageKind, root};
-use crate::source::FileSource;
 use crate::study::{DIGEST, INPUT_STUDY, StudyFile, StudyHeader};
 use crate::table::create_group;
 use crate::{Reason, ResultError};
@@ -83,12 +82,7 @@ pub struct ShardFile {
 impl ShardFile {
     /// Opens the file of a shard. Fails if it is missing, of another kind, damaged, or of a newer version.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        let source = FileSource::open_known(path)?;
-        let inner = StudyFile { source };
-        if inner.text(root::FORMAT).as_deref() != Some(schema::SWEEP_SHARD_FORMAT) {
-            return Err(Reason::NotAShard.of(path));
-        }
-        inner.source.check_tables()?;
+        let inner = StudyFile::open(path, schema::SWEEP_SHARD_FORMAT)?;
         let damaged = |what: &str| Reason::Missing(format!("usable attribute {what}")).of(path);
         let positive = |value: i64| usize::try_from(value).ok().filter(|&value| value >= 1);
         let number = |name: &str| match inner.source.attribute("", name)? {

@@ -22,7 +22,9 @@ use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, RunReport};
-use stickslip_files::schema::{INPUT_RESOLVED, SHORT_CHUNK, TableSchema, Variable, group, kind_flags};
+use stickslip_files::schema::{
+    INPUT_RESOLVED, SHORT_CHUNK, TableSchema, Variable, WORK_PRECISION_FORMAT, group, kind_flags,
+};
 use stickslip_files::{
     DeclaredColumn, Reason, Reservation, ResultError, Status, StudyFile, StudyHeader, columns, quantity,
 };
@@ -463,7 +465,7 @@ impl StudyResult {
     /// # Errors
     /// The file is missing, of another kind, of a newer version, or damaged.
     pub fn read(path: &Path) -> Result<(String, StudyResult), ResultError> {
-        let file = StudyFile::open_work_precision(path)?;
+        let file = StudyFile::open(path, WORK_PRECISION_FORMAT)?;
         let runs = file.table(group::RUNS)?;
         let methods = file.words("runs/method")?;
         let codes = runs.column("method")?.into_iter();
