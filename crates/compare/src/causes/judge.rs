@@ -157,13 +157,13 @@ impl Evidence<'_> {
     /// Value, searched from `begin`, at which the candidate's difference from the reference, projected onto the
     /// motion's, equals the motion's. The motion is the reference at zero, and differs from it by the power `order` of
     /// the value.
-    pub(crate) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64) -> Option<Played>) -> Option<f64> {
+    pub(crate) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64, f64) -> Option<Played>) -> Option<f64> {
         let reference = self.reference();
         let window = self.window(&reference);
         let off = self.residual(&reference, window);
         let mut value = begin;
         for _ in 0..PROJECTIONS {
-            let left = self.residual(&play(value)?, window);
+            let left = self.residual(&play(value, self.time_of(window))?, window);
             let (mut own, mut both) = (0.0, 0.0);
             for (off, left) in off.iter().zip(&left) {
                 let moved = off - left;
