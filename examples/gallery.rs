@@ -11,11 +11,11 @@ use stickslip::analysis::SavedRun;
 use stickslip::analysis::stability::onset::onsets;
 use stickslip::analysis::work_precision::{self, PrecisionStudy, StudySource};
 use stickslip::case::{Case, CaseSource};
+use stickslip::output::{Output, Product};
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
-use stickslip::plot::target::{self, Product};
-use stickslip::plot::{self, DrawnRun, Figure, modes};
+use stickslip::plot::{self, DrawnRun, Figure};
 use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
@@ -44,11 +44,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let of_case = Modes::of_case(&case.system, &case.solver, case.output.end_time);
     let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
-    save(&modes::figure(&case.title, case.motion(), &slowing))?;
+    save(&plot::law::modes_figure(&case.title, case.motion(), &slowing))?;
     let kicked = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
     let system = kicked.system.clone();
     let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;
-    save(&plot::onset::figure(&kicked.title, &found))?;
+    save(&plot::accuracy::onset_figure(&kicked.title, &found))?;
     let trains = Case::read(&CaseSource::built_in("drill-string")?, &[])?;
     let path = Path::new("target").join("drill-string.h5");
     SavedRun::new(&trains, &path).start()?;
@@ -61,17 +61,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
     let result = work_precision::run(&study, &())?;
-    save(&plot::work_precision::figure(&study.head.title, &result))
+    save(&plot::accuracy::work_precision_figure(&study.head.title, &result))
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
     let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
-    target::check(&path, Product::Figure("-o"), &[], false)?;
-    target::write(
-        &path,
-        Product::Figure("-o"),
-        &[plot::draw(figure, COLUMN_WIDTH)?.svg().as_bytes()],
-    )?;
+    let output = Output::new(&path, Product::Figure("-o"), &[], false)?;
+    output.write(&[plot::draw(figure, COLUMN_WIDTH)?.svg().as_bytes()])?;
     println!("{}", path.display());
     Ok(())
 }

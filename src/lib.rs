@@ -45,6 +45,13 @@ pub mod plot;
 #[cfg(feature = "cli")]
 mod report;
 
+#[cfg(feature = "plot")]
+mod error;
+#[cfg(feature = "plot")]
+pub mod output;
+#[cfg(feature = "plot")]
+pub use error::Error;
+
 pub use stickslip_analysis::{analysis, calibrate, continuation, cycle, provenance, sweep};
 pub use stickslip_case as case;
 pub use stickslip_compare as compare;

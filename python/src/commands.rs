@@ -34,7 +34,7 @@ pub fn command(
     } = said;
     match end {
         Err(error) if !keeps || document.is_none() => Err(of_command(py, &error)),
-        Err(error) => Ok((text, document, messages, Some(error.text().to_owned()))),
+        Err(error) => Ok((text, document, messages, Some(error.to_string()))),
         Ok(_) => Ok((text, document, messages, None)),
     }
 }

@@ -1,8 +1,8 @@
 //! Errors of the library as exceptions with the same text.
 
 use pyo3::prelude::*;
+use stickslip::Error;
 use stickslip::case::CaseError;
-use stickslip::cli::CommandError;
 use stickslip::results::ResultError;
 
 /// An exception of `stickslip._errors`.
@@ -24,7 +24,7 @@ pub fn of_file(py: Python<'_>, error: &ResultError) -> PyErr {
     exception(py, "FileError", error.to_string())
 }
 
-pub fn of_command(py: Python<'_>, error: &CommandError) -> PyErr {
+pub fn of_command(py: Python<'_>, error: &Error) -> PyErr {
     let class = if error.is_input() { "InputError" } else { "RunError" };
-    exception(py, class, error.text().to_owned())
+    exception(py, class, error.to_string())
 }

@@ -1,9 +1,8 @@
 //! The arguments.
 
-use super::candidates::{
+use super::completions::{
     cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
 };
-use super::failure;
 use super::input::overrides;
 use crate::export;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -141,7 +140,7 @@ pub(super) enum Command {
 }
 
 impl Command {
-    /// What it writes, with the option that names it; of `export` only where that is a folder.
+    /// The files that the command writes, each with its option; of `export` the folder alone.
     pub fn files(&self) -> Vec<(&'static str, &Path)> {
         let all: &[(&'static str, Option<&PathBuf>)] = match self {
             Command::Run(o) => &[("-o", o.output.as_ref())],
@@ -780,7 +779,7 @@ impl Refusal {
             // The message itself; below it stand hints and usage.
             let text = self.0.to_string();
             let message = text.strip_prefix("error: ").unwrap_or(&text);
-            failure::document("usage", message.trim_end(), 2, &[]);
+            super::failure_document("usage", message.trim_end(), 2, &[]);
         }
         ExitCode::from(2)
     }

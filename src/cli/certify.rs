@@ -1,11 +1,12 @@
 //! `stickslip certify`: how many digits of a result are true.
 
-use super::arguments::{CertifyOptions, Common, FigureFormat};
+use super::arguments::{CertifyOptions, Common};
 use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, overwrite};
-use super::plot::{self, figure_target};
-use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, complain, interrupted, strictly, tell};
-use crate::plot::onset;
+use super::plot::{self, FigureOutput, figure_output};
+use super::progress::{BarKind, watched};
+use super::{CommandEnd, complain, interrupted, strictly, tell};
+use crate::Error;
+use crate::plot::accuracy;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,11 +33,11 @@ fn oracle_decides(case: &Case) -> bool {
     !case.stops()
 }
 
-pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<CommandEnd, Error> {
     let clock = Instant::now();
     let path = Path::new(&options.case);
-    if path.is_file() && super::certify_cycle::is_one(path) {
-        return super::certify_cycle::certify(path, options, common);
+    if path.is_file() && super::cycle::is_cycle(path) {
+        return super::cycle::certify(path, options, common);
     }
     let of_oracle = *oracle::DIGITS.end();
     let (most, remedy) = match options.oracle {
@@ -50,7 +51,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         ),
     };
     if let Some(digits) = options.digits.filter(|digits| !(1..=most).contains(digits)) {
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "--digits {digits}: from 1 to {most} digits can be asked for; {remedy}"
         )));
     }
@@ -59,19 +60,19 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     let changes = overrides(&set, None)?;
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;
     if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--set changes a case, not a result file: certify the case instead, or run it with --set first",
         ));
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     check_target(&target, overwrite(options.force), &given.files)?;
     if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system)) {
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
              such sliding: {reason}; leave it out"
         )));
     }
-    let drawing = figure_target(options.figure.as_deref(), options.force, &given.files)?;
+    let drawing = figure_output(options.figure.as_deref(), options.force, &given.files)?;
     let stop = interrupt_flag()?;
     let interrupted = |when: &str, kept: &str| interrupted(common, &format!(" {when}; {kept}"));
     let (nothing, kept) = ("no certificate was written", target.display());
@@ -103,7 +104,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         return interrupted(when, &format!("{kept} has the certificate, {without}"));
     }
     let given_up = || stopped() || deadline.is_over();
-    let drawn = match drawing.map(|drawing| draw(case, drawing, &given_up)).transpose()? {
+    let drawn = match drawing
+        .as_ref()
+        .map(|drawing| draw(case, drawing, &given_up))
+        .transpose()?
+    {
         Some(None) if stopped() => {
             let kept = format!("{kept} has the certificate, and there is no figure");
             return interrupted("during the runs of the figure", &kept);
@@ -113,7 +118,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     let late = matches!(drawn, Some(None));
     let onsets = drawn.flatten().unwrap_or_default();
     let mut report = CertifyReport::new(case, &certified, given.source.label(), target.display().to_string());
-    report.figure = drawing.filter(|_| !late).map(|(path, _)| path.display().to_string());
+    report.figure = drawing
+        .filter(|_| !late)
+        .map(|(output, _)| output.path().display().to_string());
     report.onsets = &onsets;
     report.seconds = clock.elapsed().as_secs_f64();
     tell(common, &report)?;
@@ -128,7 +135,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         }
     }
     if late {
-        return Err(CommandError::computation(
+        return Err(Error::computation(
             "there is no figure: the wall time was over before its runs were done; allow more (--max-wall-time)",
         ));
     }
@@ -139,9 +146,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
             "while other settings were tried for the digits that are missing",
             &format!("{kept} has the certificate"),
         ),
-        Some(text) => Err(CommandError::computation(text)),
+        Some(text) => Err(Error::computation(text)),
         None if oracle_decides(case) && certificate.verdict != Verdict::Converged => {
-            Err(CommandError::computation(not_certified(certificate)))
+            Err(Error::computation(not_certified(certificate)))
         }
         None => {
             let warnings = certificate.warnings.iter().map(Warning::to_string);
@@ -170,15 +177,11 @@ fn not_certified(certificate: &Certificate) -> String {
     }
 }
 
-fn draw(
-    case: &Case,
-    target: (&Path, FigureFormat),
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Option<Vec<Onset>>, CommandError> {
+fn draw(case: &Case, target: &FigureOutput, stop: &(dyn Fn() -> bool + Sync)) -> Result<Option<Vec<Onset>>, Error> {
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };
-    plot::draw(&onset::figure(&case.title, &onsets), target, String::new())?;
+    plot::draw(&accuracy::onset_figure(&case.title, &onsets), target, "")?;
     Ok(Some(onsets))
 }
 
@@ -190,16 +193,11 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case next to the target; `None` if interrupted.
-fn obtain(
-    given: &GivenCase,
-    case: &Case,
-    target: &Path,
-    stop: &Arc<AtomicBool>,
-) -> Result<Option<Obtained>, CommandError> {
+fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &Arc<AtomicBool>) -> Result<Option<Obtained>, Error> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
         if *file.status() != Status::Complete {
-            return Err(CommandError::input(format!(
+            return Err(Error::input(format!(
                 "{}: the run is {}, and only a complete one can be certified; repeat it with stickslip run {}",
                 path.display(),
                 file.status().name(),
@@ -218,13 +216,13 @@ fn obtain(
     let saved = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
     let saved = saved.watch(&**stop).start()?;
     if let Some(failure) = saved.run.failure {
-        return Err(CommandError::computation(failure.to_string()));
+        return Err(Error::computation(failure.to_string()));
     }
     if saved.run.report.interrupted {
         return Ok(None);
     }
     // The user did not name this file.
-    let failed = |error: ResultError| CommandError::computation(error);
+    let failed = |error: ResultError| Error::computation(error);
     saved.unsaved.map_or(Ok(()), Err).map_err(failed)?;
     let record = ResultFile::open(&path).and_then(|file| read_back(&file, case));
     Ok(Some(Obtained {
@@ -271,24 +269,23 @@ fn examine(
     common: &Common,
     deadline: Deadline,
     stop: &Arc<AtomicBool>,
-) -> Result<Certified, CommandError> {
-    let bar = Bar::new(common, BarKind::Share, stop);
+) -> Result<Certified, Error> {
     let wanted = options.oracle || oracle_decides(case);
     let exact = wanted.then(|| written.exact()).transpose()?;
-    let mut certify = Certify::new(case).sensitivities(written).until(deadline).watch(&bar);
     let digits = options.digits.unwrap_or(0);
-    if let Some(exact) = &exact {
-        certify = match oracle_decides(case) {
-            true => certify.oracle_within(exact, digits.max(UNASKED.0), UNASKED.1),
-            false => certify.oracle(exact, digits),
-        };
-    }
-    let certified = certify.start(record);
-    bar.finish();
+    let certified = watched(common, BarKind::Share, stop, |bar| {
+        let certify = Certify::new(case).sensitivities(written).until(deadline).watch(bar);
+        match &exact {
+            Some(exact) if oracle_decides(case) => certify.oracle_within(exact, digits.max(UNASKED.0), UNASKED.1),
+            Some(exact) => certify.oracle(exact, digits),
+            None => certify,
+        }
+        .start(record)
+    });
     Ok(certified?)
 }
 
-fn without_case(mut error: CommandError) -> CommandError {
+fn without_case(mut error: Error) -> Error {
     if error.text.contains("/input") {
         error.text +=
             ". A result is certified by runs of its case, which this file no longer holds: certify the case itself";

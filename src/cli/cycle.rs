@@ -1,17 +1,19 @@
-//! `stickslip cycle`: finds a periodic motion.
+//! `stickslip cycle`: finds a periodic motion; `stickslip certify` for its file.
 
-use super::arguments::{Common, CycleOptions, SearchFrom};
+use super::arguments::{CertifyOptions, Common, CycleOptions, SearchFrom};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
-use super::{CommandEnd, CommandError, interrupted, tell};
-use crate::report::CycleReport;
+use super::{CommandEnd, interrupted, tell};
+use crate::Error;
+use crate::report::{CycleCertificateReport, CycleReport};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 use stickslip_analysis::analysis::{Deadline, SavedRun};
 use stickslip_analysis::continuation::{Special, Stored};
-use stickslip_analysis::cycle::{CycleSearch, Family, From, find, refine};
-use stickslip_case::{CaseSource, WrittenCase};
-use stickslip_files::{check_sound, is_hdf5};
+use stickslip_analysis::cycle::{CycleSearch, Family, From, certify as by_oracle, find, from_file, refine};
+use stickslip_case::{Case, CaseSource, WrittenCase};
+use stickslip_files::{ResultFile, check_sound, check_target, is_hdf5, schema::group, write_certified};
+use stickslip_oracle as oracle;
 
 enum CycleTask {
     Search(CycleSearch),
@@ -27,14 +29,14 @@ struct Wanted {
 }
 
 impl Wanted {
-    fn of(options: &CycleOptions) -> Result<Wanted, CommandError> {
+    fn of(options: &CycleOptions) -> Result<Wanted, Error> {
         let path = Path::new(&options.case);
         match (options.branch.zip(options.point), is_hdf5(path) && Stored::is_one(path)) {
             (place, true) => of_branch(path, place, options),
             (Some(_), false) if path.extension().is_some() && !path.exists() => {
-                Err(CommandError::input(format!("{}: there is no such file", options.case)))
+                Err(Error::input(format!("{}: there is no such file", options.case)))
             }
-            (Some(_), false) => Err(CommandError::input(format!(
+            (Some(_), false) => Err(Error::input(format!(
                 "{}: is not the file of a continuation; --branch and --point choose a point of one, which stickslip continue writes",
                 options.case
             ))),
@@ -55,10 +57,10 @@ impl Wanted {
     }
 }
 
-fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions) -> Result<Wanted, CommandError> {
+fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions) -> Result<Wanted, Error> {
     check_sound(path)?;
     let file = Stored::read(path)?;
-    let refused = |why: String| Err(CommandError::input(format!("{}: {why}", path.display())));
+    let refused = |why: String| Err(Error::input(format!("{}: {why}", path.display())));
     let count = file.branches.len();
     let Some((number, index)) = place else {
         return refused(format!(
@@ -108,7 +110,7 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
     })
 }
 
-pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEnd, Error> {
     let Wanted {
         given,
         set,
@@ -117,7 +119,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     } = Wanted::of(options)?;
     let written = WrittenCase::read(&given.source, &overrides(&set, None)?)?;
     let path = output_of(&given.source, options.output.as_deref(), &suffix)?;
-    stickslip_files::check_target(&path, overwrite(options.force), &given.files)?;
+    check_target(&path, overwrite(options.force), &given.files)?;
     let stop = interrupt_flag()?;
     let allowed = written.case().solver.max_wall_time;
     let deadline = Deadline::after(Instant::now(), allowed);
@@ -134,7 +136,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     });
     let (family, orbit, case) = match found {
         Err(error) if error.is_interrupted() && !stop.load(Ordering::Relaxed) => {
-            return Err(CommandError::computation(format!(
+            return Err(Error::computation(format!(
                 "{}: no cycle was found in the {} s of wall time that solver.max_wall_time allows; raise it, or give a period \
                  with --period",
                 given.source.label(),
@@ -155,10 +157,10 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         .watch(&*stop)
         .start()?;
     if let Some(error) = &saved.unsaved {
-        return Err(CommandError::computation(error));
+        return Err(Error::computation(error));
     }
     if let Some(failure) = &saved.run.failure {
-        return Err(CommandError::computation(failure));
+        return Err(Error::computation(failure));
     }
     let report = CycleReport {
         status: "complete",
@@ -168,6 +170,70 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         motion: family.case().motion(),
         orbit: orbit.in_file(&case),
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
+}
+
+/// Digits of a certificate, unless others are asked for.
+const DIGITS: u32 = 25;
+
+/// Whether the file is that of a cycle.
+pub(super) fn is_cycle(path: &Path) -> bool {
+    let file = ResultFile::open(path);
+    file.is_ok_and(|file| matches!(file.added_group(group::CYCLE, 0), Ok(Some(_))))
+}
+
+pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<CommandEnd, Error> {
+    if !options.set.is_empty() {
+        return Err(Error::input(
+            "--set changes a case, not the file of a cycle: find the cycle of the changed case with stickslip cycle \
+             --set, and certify that",
+        ));
+    }
+    if options.figure.is_some() {
+        return Err(Error::input(
+            "--figure draws the first stick of sliding that slows down by itself, and a cycle has none; leave it out",
+        ));
+    }
+    if options.budget.is_given() {
+        return Err(Error::input(
+            "--max-wall-time bounds runs, and the exact solver makes the certificate of a cycle; leave it out, or end the command by Ctrl-C",
+        ));
+    }
+    let digits = options.digits.unwrap_or(DIGITS);
+    let most = oracle::DIGITS.end() - 20;
+    if !(1..=most).contains(&digits) {
+        return Err(Error::input(format!(
+            "--digits {digits}: from 1 to {most} digits can be asked for"
+        )));
+    }
+    let files = [path.to_owned()];
+    let source = CaseSource::result(path, String::new());
+    let target = output_of(&source, options.output.as_deref(), ".certified.h5")?;
+    check_target(&target, overwrite(options.force), &files)?;
+    let stop = interrupt_flag()?;
+    let stopped = || stop.load(Ordering::Relaxed);
+    let file = ResultFile::open(path)?;
+    let found = from_file(&file, &stopped);
+    drop(file);
+    let (family, orbit, origin) = match found {
+        Err(error) if error.is_interrupted() => {
+            return interrupted(common, " before the cycle was found; no certificate was written");
+        }
+        found => found?,
+    };
+    let exact = Case::exact(&origin.source, &origin.changes)?;
+    let certificate = match by_oracle(&family, &orbit, &exact, digits, origin.periods_before, &*stop) {
+        Err(error) if error.is_interrupted() => {
+            return interrupted(common, " while the exact solver computed; no certificate was written");
+        }
+        other => other.map_err(Error::computation)?,
+    };
+    write_certified(path, &target, overwrite(options.force), &certificate.additions())?;
+    let report = CycleCertificateReport {
+        status: "complete",
+        file: target.display().to_string(),
+        title: &family.case().title,
+        certificate: &certificate,
+    };
+    tell(common, &report)
 }

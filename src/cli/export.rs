@@ -1,10 +1,10 @@
 //! `stickslip export`: writes tables of a result in other formats.
 
 use super::arguments::{Common, ExportOptions};
-use super::input::interrupt_flag;
-use super::reference::open_reference;
-use super::{CommandEnd, CommandError, complain, interrupted, tell};
-use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
+use super::input::{interrupt_flag, open_reference};
+use super::{CommandEnd, complain, interrupted, tell};
+use crate::error::{Error, ErrorKind};
+use crate::export::{self, Export, Format, Request, Times, benchmark};
 use crate::report::{FilesReport, Page, Report};
 use serde::Serialize;
 use std::io;
@@ -12,14 +12,14 @@ use std::path::Path;
 use stickslip_files::schema::{StorageKind, Variable};
 use stickslip_files::{ResultFile, Status, open_sound};
 
-pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Error> {
     if options.benchmark {
         return package(options, common);
     }
     let streams = options.output.as_os_str() == "-";
     let format = format(options, streams)?;
     if streams && common.json {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "-o - writes CSV to standard output, where --json has its document; leave one of them out",
         ));
     }
@@ -55,23 +55,22 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
         }
         return match found.stream(io::stdout().lock()) {
             // A closed pipe, as with `head`, is no error.
-            Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(CommandEnd::Done),
-            other => Ok(other.map(|()| CommandEnd::Done)?),
+            Err(error) if error.kind == ErrorKind::BrokenPipe => Ok(CommandEnd::Done),
+            other => other.map(|()| CommandEnd::Done),
         };
     }
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
     found.save(&options.output, format, &inputs, options.force)?;
-    tell(common, &ExportReport::new(&found, &options.output, format))?;
-    Ok(CommandEnd::Done)
+    tell(common, &ExportReport::new(&found, &options.output, format))
 }
 
-fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError> {
+fn format(options: &ExportOptions, streams: bool) -> Result<Format, Error> {
     let named = options.format;
     if streams {
         return match named {
             None | Some(Format::Csv) => Ok(Format::Csv),
-            Some(other) => Err(CommandError::input(format!(
+            Some(other) => Err(Error::input(format!(
                 "-o - writes CSV, and {} is written to a file only; name one with -o",
                 other.name()
             ))),
@@ -82,7 +81,7 @@ fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError
             .output
             .extension()
             .is_some_and(|extension| extension == "parquet");
-        CommandError::input(format!(
+        Error::input(format!(
             "{}: its extension names no format; give it .csv, .npz or .mat, or say which with --format{}",
             options.output.display(),
             if parquet {
@@ -165,8 +164,8 @@ fn without(left_out: &[String]) -> String {
     format!("without {}, which are known at the samples alone", left_out.join(", "))
 }
 
-fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
-    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file)?) else {
+fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), Error> {
+    let (Some((from, to)), Some((start, end))) = (options.window, file.span()?) else {
         return Ok(());
     };
     let beyond = |asked: f64, past: bool| asked.is_finite() && past;
@@ -191,7 +190,7 @@ fn tell_status(file: &ResultFile, common: &Common) {
     ));
 }
 
-fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Error> {
     let terms = benchmark::Terms {
         author: options.author.clone(),
         license: options.license.clone(),
@@ -205,6 +204,5 @@ fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Comma
         folder: Some(&options.output),
         files: &written,
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
 }

@@ -1,10 +1,12 @@
 //! Inputs and outputs common to several commands.
 
-use super::{CommandError, INTERRUPTED};
+use super::INTERRUPTED;
+use crate::Error;
 use signal_hook::consts;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use stickslip_analysis::SavedRun;
 use stickslip_case::{CaseError, CaseSource, Origin, Override};
 use stickslip_compare::{CompareError, Mapping, Reference};
 use stickslip_files::{Overwrite, is_hdf5, open_sound};
@@ -20,7 +22,7 @@ pub(super) struct GivenCase {
 
 impl GivenCase {
     /// Reads a file, a result whose case is repeated, or a built-in case.
-    pub fn read(case: &str) -> Result<GivenCase, CommandError> {
+    pub fn read(case: &str) -> Result<GivenCase, Error> {
         let path = Path::new(case);
         let mut text = None;
         let source = if case == STANDARD_INPUT {
@@ -58,10 +60,10 @@ fn looks_like_a_path(name: &str) -> bool {
 }
 
 /// The result file as named, or named after the case. A case from standard input has no name, which is an error.
-pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, CommandError> {
+pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, Error> {
     match (named, &source.origin) {
         (Some(path), _) => Ok(path.to_owned()),
-        (None, Origin::StandardInput) => Err(CommandError::input(
+        (None, Origin::StandardInput) => Err(Error::input(
             "a case from standard input has no name after which its result could be called; name the file with -o, for \
              example -o result.h5",
         )),
@@ -88,12 +90,12 @@ pub(super) fn columns(reference: &Reference, file: Option<&Path>, options: &[Str
 
 /// A flag that Ctrl-C and the termination signals set; the run then ends cleanly. A second Ctrl-C or SIGTERM ends the
 /// process at once. A second SIGHUP does not, because terminals send it twice.
-pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
-    if let Some(flag) = super::captured::stop() {
+pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, Error> {
+    if let Some(flag) = super::capture::stop() {
         return Ok(flag);
     }
     let flag = Arc::new(AtomicBool::new(false));
-    let failed = |error| CommandError::computation(format!("the signal handler could not be set: {error}"));
+    let failed = |error| Error::computation(format!("the signal handler could not be set: {error}"));
     // Registered before the handler that sets the flag, because handlers run in the order of registration.
     for signal in [consts::SIGINT, consts::SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag.clone()).map_err(failed)?;
@@ -121,4 +123,15 @@ impl Drop for Scratch {
             let _ = std::fs::remove_file(path);
         }
     }
+}
+
+/// Opens a result file, or runs the case in the folder of a benchmark problem.
+pub(super) fn open_reference(path: &Path) -> Result<Reference, CompareError> {
+    if !path.is_dir() {
+        return Reference::open(path);
+    }
+    Reference::of_problem(path, |case, file| {
+        let run = SavedRun::new(case, file).start();
+        run.map(drop).map_err(|error| error.to_string())
+    })
 }

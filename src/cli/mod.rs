@@ -2,51 +2,38 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `arguments`, `candidates`, `builtins` | options; words that a shell completes; built-in cases and studies |
-//! | `run`, `certify`, `certify_cycle`, `compare`, `cycle`, `modes`, `work_precision` | commands that compute or assess a result |
-//! | `sweep`, `merge`, `calibrate`, `continuation` | commands of studies |
-//! | `plot`, `plot_studies`, `export`, `inspect`, `check`, `case_command` | commands that read files |
-//! | `completions`, `man` | completions and manual pages |
-//! | `input`, `progress`, `failure` | common parts of commands; what they say is in `report` |
-//! | `capture`, `captured` | a command inside another program |
+//! | `arguments` | options |
+//! | `run`, `certify`, `compare`, `cycle`, `modes` | commands that compute or assess a result |
+//! | `studies` | `sweep`, `calibrate`, `continue`, `work-precision` |
+//! | `plot`, `export`, `files`, `case` | commands that read files: figures, tables, `inspect`, `check`, `merge`, built-in cases |
+//! | `completions` | completions and manual pages |
+//! | `input`, `progress` | common parts of commands; what they say is in `report` |
+//! | `capture` | a command inside another program |
 
 mod arguments;
-mod builtins;
-mod calibrate;
-mod candidates;
 mod capture;
-mod captured;
-mod case_command;
+mod case;
 mod certify;
-mod certify_cycle;
-mod check;
 mod compare;
 mod completions;
-mod continuation;
 mod cycle;
 mod export;
-mod failure;
+mod files;
 mod input;
-mod inspect;
-mod man;
-mod merge;
 mod modes;
 mod plot;
-mod plot_studies;
 mod progress;
-mod reference;
 mod run;
-mod sweep;
-mod work_precision;
+mod studies;
 
 pub use arguments::{Arguments, Refusal};
-pub use capture::capture;
-pub use captured::{CommandHandle, Said};
+pub use capture::{CommandHandle, Said, capture};
 pub use completions::complete_if_asked;
 
+use crate::error::{Error, FailurePlace};
 use crate::report::{Report, terminal};
 use arguments::{Command, Common};
-use failure::FailurePlace;
+use serde::Serialize;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_system::quote;
@@ -69,7 +56,7 @@ impl CommandEnd {
             CommandEnd::Done => ExitCode::SUCCESS,
             CommandEnd::Interrupted => {
                 if json {
-                    failure::document("interrupted", "interrupted before there was a result", INTERRUPTED, &[]);
+                    failure_document("interrupted", "interrupted before there was a result", INTERRUPTED, &[]);
                 }
                 ExitCode::from(INTERRUPTED)
             }
@@ -77,61 +64,57 @@ impl CommandEnd {
     }
 }
 
-/// The reason why a command failed, in one short paragraph.
-#[derive(Debug)]
-pub struct CommandError {
-    is_input: bool,
-    text: String,
-    places: Vec<FailurePlace>,
-}
-
-impl CommandError {
-    fn input(text: impl ToString) -> CommandError {
-        CommandError {
-            is_input: true,
-            text: text.to_string(),
-            places: Vec::new(),
-        }
-    }
-
-    fn computation(text: impl ToString) -> CommandError {
-        CommandError {
-            is_input: false,
-            ..CommandError::input(text)
-        }
-    }
-
+impl Error {
     /// Writes the message to stderr. With `json` it also writes a document to stdout, unless there is one already.
     /// Returns the exit status.
     pub fn report(&self, json: bool) -> ExitCode {
-        let (kind, status) = match self.is_input {
+        let (kind, status) = match self.is_input() {
             true => ("input", 2),
             false => ("computation", 1),
         };
         let text = quote::lines(&self.text);
         if json {
-            failure::document(kind, &text, status, &self.places);
+            failure_document(kind, &text, status, &self.places);
         }
         complain(&text);
         ExitCode::from(status)
     }
+}
 
-    /// Whether usage or input is wrong, rather than the computation.
-    pub fn is_input(&self) -> bool {
-        self.is_input
-    }
+#[derive(Serialize)]
+struct FailureDocument<'a> {
+    error: FailedCommand<'a>,
+}
 
-    /// The message, one short paragraph.
-    pub fn text(&self) -> &str {
-        &self.text
+#[derive(Serialize)]
+struct FailedCommand<'a> {
+    /// usage, input, computation or interrupted.
+    kind: &'a str,
+    message: &'a str,
+    exit_status: u8,
+    /// May be empty.
+    places: &'a [FailurePlace],
+}
+
+fn failure_document(kind: &str, message: &str, exit_status: u8, places: &[FailurePlace]) {
+    if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
+        return;
     }
+    let error = FailedCommand {
+        kind,
+        message,
+        exit_status,
+        places,
+    };
+    // If standard output fails, the message is still on standard error.
+    let _ = print_json(&FailureDocument { error });
 }
 
 /// Runs a command.
 ///
 /// # Errors
 /// The input is wrong, or the computation failed.
-pub fn execute(arguments: Arguments) -> Result<CommandEnd, CommandError> {
+pub fn execute(arguments: Arguments) -> Result<CommandEnd, Error> {
     let Arguments { command, common } = arguments;
     let level = match (common.quiet, common.verbose) {
         (true, _) => log::LevelFilter::Error,
@@ -146,42 +129,42 @@ pub fn execute(arguments: Arguments) -> Result<CommandEnd, CommandError> {
     // Turns a limit on file sizes into a write error; by default it ends the program silently.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
-        .map_err(|error| CommandError::computation(format!("the signal handler could not be set: {error}")))?;
+        .map_err(|error| Error::computation(format!("the signal handler could not be set: {error}")))?;
     stickslip_files::follow_external(common.follow_external);
     dispatch(command, &common)
 }
 
-fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, CommandError> {
+fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
     refuse_standard_output(&command)?;
     match command {
         Command::Run(options) => run::run(&options, common),
         Command::Certify(options) => certify::certify(&options, common),
         Command::Compare(options) => compare::compare(&options, common),
-        Command::Sweep(options) => sweep::sweep(&options, common),
-        Command::Merge(options) => merge::merge(&options, common),
-        Command::Calibrate(options) => calibrate::calibrate(&options, common),
-        Command::Check(options) => check::check(&options, common),
-        Command::Inspect(options) => inspect::inspect(&options, common),
+        Command::Sweep(options) => studies::sweep(&options, common),
+        Command::Merge(options) => files::merge(&options, common),
+        Command::Calibrate(options) => studies::calibrate(&options, common),
+        Command::Check(options) => files::check(&options, common),
+        Command::Inspect(options) => files::inspect(&options, common),
         Command::Plot(options) => plot::plot(&options, common),
         Command::Export(options) => export::export(&options, common),
         Command::Modes(options) => modes::modes(&options, common),
         Command::Cycle(options) => cycle::cycle(&options, common),
-        Command::Continue(options) => continuation::continuation(&options, common),
-        Command::WorkPrecision(options) => work_precision::work_precision(&options, common),
-        Command::Case(options) => case_command::case(&options, common),
+        Command::Continue(options) => studies::continuation(&options, common),
+        Command::WorkPrecision(options) => studies::work_precision(&options, common),
+        Command::Case(options) => case::case(&options, common),
         Command::Completions(options) => completions::completions(&options, common),
-        Command::Man(options) => man::man(&options, common),
+        Command::Man(options) => completions::man(&options, common),
     }
 }
 
 /// Writes to standard output, without control characters. A closed pipe (`stickslip case paper | head`) is no error.
-fn print(text: &str) -> Result<(), CommandError> {
+fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
-    if captured::text(text) {
+    if capture::text(text) {
         return Ok(());
     }
     match std::io::stdout().write_all(quote::for_terminal(text).as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::computation(format!(
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::computation(format!(
             "writing to standard output failed: {error}"
         ))),
         _ => Ok(()),
@@ -189,7 +172,7 @@ fn print(text: &str) -> Result<(), CommandError> {
 }
 
 fn complain(text: &str) {
-    if captured::message(text) {
+    if capture::message(text) {
         return;
     }
     say(&format!("stickslip: {text}\n"));
@@ -201,9 +184,9 @@ fn say(text: &str) {
 }
 
 /// Refuses a file named `-`, which users might take for standard output.
-fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
+fn refuse_standard_output(command: &Command) -> Result<(), Error> {
     match command.files().into_iter().find(|(_, path)| path.as_os_str() == "-") {
-        Some((option, _)) => Err(CommandError::input(format!(
+        Some((option, _)) => Err(Error::input(format!(
             "{option} -: the file is not written to standard output; name it, such as {option} ./- if it is to have that \
              name. The command that streams is stickslip export FILE -o -, as CSV"
         ))),
@@ -212,7 +195,7 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
 }
 
 /// Ends a successful command. With --strict a warning is an error. Prints the doubts unless they were `said`.
-fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<CommandEnd, CommandError> {
+fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path) -> Result<CommandEnd, Error> {
     if !strict || doubts.is_empty() {
         return Ok(CommandEnd::Done);
     }
@@ -221,13 +204,13 @@ fn strictly(strict: bool, doubts: &[String], said: bool, file: &std::path::Path)
         [_] => "there is a warning".to_owned(),
         all => format!("there are {} warnings", all.len()),
     };
-    Err(CommandError::computation(format!(
+    Err(Error::computation(format!(
         "--strict lets no warning pass: {what}\n{} was written nevertheless",
         file.display()
     )))
 }
 
-fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
+fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, Error> {
     if !common.quiet {
         complain(&format!("interrupted{how}"));
     }
@@ -236,40 +219,41 @@ fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, CommandError> {
 
 /// Prints the JSON document or the text of a report; both if they are captured. With --quiet and without --json it
 /// prints neither.
-fn tell(common: &Common, report: &impl Report) -> Result<(), CommandError> {
-    if common.json || captured::now() {
+fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
+    if common.json || capture::now() {
         document(report)?;
     }
-    if captured::now() || !(common.json || common.quiet) {
+    if capture::now() || !(common.json || common.quiet) {
         print(&terminal(&report.page()))?;
     }
-    Ok(())
+    Ok(CommandEnd::Done)
 }
 
 /// Prints what was asked for, even with --quiet: the JSON document or the text of a report.
-fn show(common: &Common, report: &impl Report) -> Result<(), CommandError> {
+fn show(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
     match common.json {
-        true => document(report),
-        false => print(&terminal(&report.page())),
+        true => document(report)?,
+        false => print(&terminal(&report.page()))?,
     }
+    Ok(CommandEnd::Done)
 }
 
-fn document<R: Report>(report: &R) -> Result<(), CommandError> {
+fn document<R: Report>(report: &R) -> Result<(), Error> {
     match R::SORTED {
         true => print_json(&serde_json::to_value(report).map_err(unwritten)?),
         false => print_json(report),
     }
 }
 
-fn unwritten(error: serde_json::Error) -> CommandError {
-    CommandError::computation(format!("writing JSON failed: {error}"))
+fn unwritten(error: serde_json::Error) -> Error {
+    Error::computation(format!("writing JSON failed: {error}"))
 }
 
 static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
-fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
+fn print_json(document: &impl serde::Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(document).map_err(unwritten)?;
-    if captured::document(&text) {
+    if capture::document(&text) {
         return Ok(());
     }
     DOCUMENT_IS_PRINTED.store(true, Ordering::Relaxed);

@@ -2,25 +2,26 @@
 
 use super::arguments::{Common, ModesOptions};
 use super::input::{GivenCase, overrides};
-use super::plot::{draw, figure_target};
-use super::{CommandEnd, CommandError, complain, tell};
+use super::plot::{draw, figure_output};
+use super::{CommandEnd, complain, tell};
+use crate::Error;
 use crate::report::ModesReport;
 use stickslip_analysis::analysis::Modes;
 use stickslip_case::Case;
 use stickslip_system::model::margin;
 
-pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
     let changes = overrides(&options.set, None)?;
     let case = Case::read(&given.source, &changes)?;
     let (system, title) = (&case.system, &case.title);
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "--figure draws the effective damping of sliding that slows down by itself over its speed, and this case has no such \
              sliding: {reason}; leave it out"
         )));
     }
-    let target = figure_target(options.figure.as_deref(), options.force, &given.files)?;
+    let target = figure_output(options.figure.as_deref(), options.force, &given.files)?;
     let modes = Modes::of_case(system, &case.solver, case.output.end_time);
     let report = ModesReport {
         case: given.source.label(),
@@ -32,11 +33,11 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEn
     let Some(slowing) = &modes.slowing else {
         return Ok(CommandEnd::Done);
     };
-    if let Some(target) = target {
+    if let Some(target) = &target {
         draw(
-            &crate::plot::modes::figure(title, case.motion(), slowing),
+            &crate::plot::law::modes_figure(title, case.motion(), slowing),
             target,
-            String::new(),
+            "",
         )?;
     }
     if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {

@@ -1,26 +1,27 @@
 //! `stickslip plot`: draws figures and pages of files.
 
 use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
-use super::input::columns;
-use super::plot_studies::{self, Chosen, NotDrawn, StudyKind};
-use super::reference::open_reference;
-use super::{CommandEnd, CommandError, complain, show, tell};
+use super::input::{columns, open_reference};
+use super::{CommandEnd, complain, show, tell};
+use crate::error::{Error, ErrorKind};
+use crate::output::{Output, Product};
 use crate::plot::branches::{self, Branches};
 use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::DrawnCandidate;
 use crate::plot::entry::{CatalogueEntry, Subject};
-use crate::plot::target::{self, Product, TargetError};
+use crate::plot::studies::{Choice, StudyColumn};
 use crate::plot::{
-    self, Drawing, DrawnRun, Figure, Layout, PlotError, certified, own, page, portraits, signature, studies, style,
-    work_precision,
+    self, Drawing, DrawnRun, Figure, Layout, accuracy, certified, own, page, portraits, signature, studies, style,
 };
 use crate::report::{DistributionSummary, Page, PageTable, Report, distribution};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::analysis::advice::capitalised;
+use stickslip_analysis::analysis::distribution::Distribution;
+use stickslip_analysis::continuation::Stored;
 use stickslip_case::Motion;
 use stickslip_compare::Mapping;
-use stickslip_files::{Reason, ResultFile, Status};
+use stickslip_files::{Reason, ResultFile, Status, StudyFile, check_sound};
 
 const FIGURE: Product = Product::Figure("-o");
 
@@ -35,14 +36,10 @@ struct WrittenFigure {
 #[derive(Serialize)]
 struct PlotReport<'a> {
     files: Vec<WrittenFigure>,
-    not_drawn: &'a [NotDrawn],
-    /// Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sampling: Option<&'a str>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    distributions: Vec<DistributionSummary<'a>>,
+    #[serde(flatten)]
+    chosen: &'a Chosen,
     #[serde(skip)]
-    of: (&'a Chosen, &'a [PathBuf]),
+    inputs: &'a [PathBuf],
 }
 
 #[derive(Serialize)]
@@ -53,7 +50,7 @@ struct ListedFigure {
     of: &'static str,
 }
 
-pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd, Error> {
     if options.list {
         return list(options, common);
     }
@@ -80,24 +77,130 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<CommandEnd,
     finish(options, &chosen, &options.files, common)
 }
 
-fn finish(
-    options: &PlotOptions,
-    chosen: &Chosen,
-    inputs: &[PathBuf],
-    common: &Common,
-) -> Result<CommandEnd, CommandError> {
+fn finish(options: &PlotOptions, chosen: &Chosen, inputs: &[PathBuf], common: &Common) -> Result<CommandEnd, Error> {
     let report = PlotReport {
         files: write(options, &chosen.figures, inputs)?,
-        not_drawn: &chosen.not_drawn,
-        sampling: chosen.sampling.as_deref(),
-        distributions: chosen.distributions.iter().map(DistributionSummary::new).collect(),
-        of: (chosen, &options.files),
+        chosen,
+        inputs: &options.files,
     };
-    tell(common, &report)?;
-    Ok(CommandEnd::Done)
+    tell(common, &report)
 }
 
-fn one_kind(runs: &[DrawnRun]) -> Result<(), CommandError> {
+enum StudyKind {
+    Run,
+    Sweep(Box<StudyFile>),
+    WorkPrecision,
+    Branches,
+}
+
+#[derive(Default, Serialize)]
+struct Chosen {
+    #[serde(skip)]
+    figures: Vec<Figure>,
+    not_drawn: Vec<NotDrawn>,
+    /// Options for `stickslip run FILE --set ...` with which the run would have the missing figures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampling: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "summaries")]
+    distributions: Vec<(StudyColumn, Distribution)>,
+}
+
+fn summaries<S: Serializer>(all: &[(StudyColumn, Distribution)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(all.iter().map(DistributionSummary::new))
+}
+
+impl Chosen {
+    fn of(figures: Vec<Figure>) -> Chosen {
+        Chosen {
+            figures,
+            ..Chosen::default()
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct NotDrawn {
+    figure: &'static str,
+    why: String,
+}
+
+fn kind(path: &Path) -> Result<StudyKind, Error> {
+    let kind = match StudyFile::open_sweep(path) {
+        Ok(file) => StudyKind::Sweep(Box::new(file)),
+        Err(error) if matches!(error.reason, Reason::OnlyAShard | Reason::Uneven { .. }) => return Err(error.into()),
+        Err(_) if StudyFile::is_work_precision(path) => StudyKind::WorkPrecision,
+        Err(_) if Stored::is_one(path) => StudyKind::Branches,
+        // The command that draws the file will report the error.
+        Err(_) if ResultFile::open(path).is_err() => return Ok(StudyKind::Run),
+        Err(_) => StudyKind::Run,
+    };
+    check_sound(path)?;
+    Ok(kind)
+}
+
+fn choice(options: &PlotOptions) -> Result<Choice, Error> {
+    let place = |text: &String| match text.split_once('=') {
+        Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
+        None => Err(Error::input(format!(
+            "--at {text}: expected AXIS=VALUE, such as torsion.damping=22"
+        ))),
+    };
+    Ok(Choice {
+        quantities: options.quantities.clone(),
+        axes: <[String; 2]>::try_from(options.axes.clone()).ok(),
+        at: options.at.iter().map(place).collect::<Result<_, _>>()?,
+    })
+}
+
+fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Result<Chosen, Error> {
+    let figures = named(studies::figures(file, choice)?, only, file.path())?;
+    let mut chosen = Chosen::of(figures);
+    chosen.distributions = studies::distributions(file, choice)?;
+    Ok(chosen)
+}
+
+/// The figures of a continuation with the requested quantities or names, or the most important ones.
+fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, Error> {
+    let file = Branches::read(path)?;
+    let figures = match (quantities, only) {
+        ([], [_, ..]) => file.all()?,
+        _ => file.figures(quantities)?,
+    };
+    Ok(Chosen::of(named(figures, only, path)?))
+}
+
+fn all_of_branches(path: &Path) -> Result<Chosen, Error> {
+    Ok(Chosen::of(Branches::read(path)?.all()?))
+}
+
+fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<Figure>, Error> {
+    if only.is_empty() {
+        return Ok(figures);
+    }
+    let known: Vec<String> = figures.iter().map(|figure| figure.name.clone()).collect();
+    figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
+    match figures.is_empty() {
+        true => Err(Error::of_file(
+            path,
+            format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
+        )),
+        false => Ok(figures),
+    }
+}
+
+fn is_named(figure: &Figure, name: &str) -> bool {
+    let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
+    let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);
+    let entry = entries.any(|entry| entry.name == name);
+    let number = figure.paper_figure.map(|number| number.to_string());
+    figure.name == name || entry && of_kind || number.as_deref() == Some(name)
+}
+
+fn of_work_precision(path: &Path) -> Result<Chosen, Error> {
+    Ok(Chosen::of(vec![accuracy::of_file(path)?]))
+}
+
+fn one_kind(runs: &[DrawnRun]) -> Result<(), Error> {
     let motion = |run: &DrawnRun| run.case.motion();
     let name = |run: &DrawnRun| match motion(run) {
         Motion::Rotation => "of a rotation",
@@ -105,7 +208,7 @@ fn one_kind(runs: &[DrawnRun]) -> Result<(), CommandError> {
     };
     let Some(first) = runs.first() else { return Ok(()) };
     match runs.iter().find(|run| motion(run) != motion(first)) {
-        Some(other) => Err(CommandError::input(format!(
+        Some(other) => Err(Error::input(format!(
             "{} is {}, and {} is {}: they have no axes in common; draw each by itself",
             first.path().display(),
             name(first),
@@ -119,19 +222,15 @@ fn one_kind(runs: &[DrawnRun]) -> Result<(), CommandError> {
 const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations, \
                         work-precision studies and continuations";
 
-fn refusal(path: &Path, why: &str) -> CommandError {
-    CommandError::input(format!("{}: {why}", path.display()))
-}
-
 /// The figures of a file with many runs; `None` for a file with a single run.
-fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
-    let choice = plot_studies::choice(options).map_err(CommandError::input)?;
+fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, Error> {
+    let choice = choice(options)?;
     for path in &options.files {
-        let kind = plot_studies::kind(path)?;
+        let kind = kind(path)?;
         if matches!(kind, StudyKind::Run) {
             continue;
         }
-        let refused = |why: &str| Err(refusal(path, why));
+        let refused = |why: &str| Err(Error::of_file(path, why));
         if options.files.len() > 1 {
             return refused("holds many runs, and is drawn by itself; give one file");
         }
@@ -148,20 +247,16 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
             );
         }
         return match &kind {
-            StudyKind::Sweep(file) => Ok(Some(plot_studies::of_sweep(file, &choice, &options.only)?)),
+            StudyKind::Sweep(file) => Ok(Some(of_sweep(file, &choice, &options.only)?)),
             StudyKind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
                 "branches, whose points lie on curves over one parameter; leave out --axes and --at, and choose with --quantity",
             ),
-            StudyKind::Branches => Ok(Some(plot_studies::of_branches(
-                path,
-                &choice.quantities,
-                &options.only,
-            )?)),
+            StudyKind::Branches => Ok(Some(of_branches(path, &choice.quantities, &options.only)?)),
             _ if !choice.is_empty() => refused(
                 "a work-precision study, of which one figure is drawn; leave out --quantity, \
                                                 --axes and --at",
             ),
-            _ => Ok(Some(plot_studies::of_work_precision(path)?)),
+            _ => Ok(Some(of_work_precision(path)?)),
         };
     }
     if choice.is_empty() {
@@ -172,21 +267,21 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, CommandError> {
         .first()
         .map(|path| format!("{}: ", path.display()))
         .unwrap_or_default();
-    Err(CommandError::input(format!(
+    Err(Error::input(format!(
         "{file}--quantity, --axes and --at are for the file of a sweep or continuation; of a run draw a channel with --channel NAME"
     )))
 }
 
-fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<CommandEnd, CommandError> {
+fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<CommandEnd, Error> {
     let [file] = &options.files[..] else {
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "--candidate is drawn with one result, and {} files are given; name one, or leave out --candidate to draw \
              them over each other",
             options.files.len()
         )));
     };
     if options.channels.is_empty() && (options.from.is_some() || options.to.is_some()) {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--from and --to are for named channels; name what to draw with the candidate by --channel NAME",
         ));
     }
@@ -217,21 +312,16 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<Co
 }
 
 /// Adds the list of files that can be drawn to the error of another kind of file or a newer version.
-fn no_run(error: PlotError) -> CommandError {
-    let known = matches!(&error, PlotError::Result(error) if matches!(
-        error.reason,
-        Reason::NotAResult(_) | Reason::Newer { .. } | Reason::AnotherKind(_)
-    ));
-    let mut error = CommandError::from(error);
-    if known {
+fn no_run(mut error: Error) -> Error {
+    if error.kind == ErrorKind::AnotherKind {
         error.text += &format!(". {CAN_DRAW}");
     }
     error
 }
 
-fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEnd, CommandError> {
+fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEnd, Error> {
     for file in &options.files {
-        let why = match plot_studies::kind(file)? {
+        let why = match kind(file)? {
             StudyKind::Run if options.quantities.is_empty() => continue,
             StudyKind::Run => {
                 "--quantity is for the page of a sweep or continuation; leave it out, the page of a run has all channels"
@@ -250,7 +340,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
                 return finish_page(path, &page, common);
             }
         };
-        return Err(refusal(file, why));
+        return Err(Error::of_file(file, why));
     }
     let page = match &options.files[..] {
         [file] => {
@@ -267,7 +357,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
             )
         }
         files => {
-            return Err(CommandError::input(format!(
+            return Err(Error::input(format!(
                 "--html shows one run on a page, or two, and {} files are given; make a page of each or of two at a time, or leave \
                  out --html to draw them over each other",
                 files.len()
@@ -277,10 +367,9 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
     finish_page(path, &page?, common)
 }
 
-fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<CommandEnd, CommandError> {
+fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<CommandEnd, Error> {
     let file = path.display().to_string();
-    tell(common, &WrittenPage { file, page })?;
-    Ok(CommandEnd::Done)
+    tell(common, &WrittenPage { file, page })
 }
 
 #[derive(Serialize)]
@@ -295,13 +384,12 @@ impl<P: Serialize> Report for WrittenPage<'_, P> {
     }
 }
 
-fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+fn list(options: &PlotOptions, common: &Common) -> Result<CommandEnd, Error> {
     let listed = match options.files.first() {
         Some(path) => listed_of(path, options)?,
         None => all_listed(),
     };
-    show(common, &listed)?;
-    Ok(CommandEnd::Done)
+    show(common, &listed)
 }
 
 /// Figures of a file, or of any file.
@@ -344,13 +432,13 @@ fn all_listed() -> Vec<ListedFigure> {
         .chain(&branches::ENTRIES)
         .map(|e| listed(e.name, e.title, e.paper_figure, e.of));
     let title = "Error against work, by method";
-    let last = listed(work_precision::NAME, title, None, "work-precision study");
+    let last = listed(accuracy::WORK_PRECISION, title, None, "work-precision study");
     of_runs.chain(of_studies).chain([last]).collect()
 }
 
-fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, CommandError> {
-    let choice = plot_studies::choice(options).map_err(CommandError::input)?;
-    let (drawn, of) = match plot_studies::kind(path)? {
+fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, Error> {
+    let choice = choice(options)?;
+    let (drawn, of) = match kind(path)? {
         StudyKind::Run => {
             let run = DrawnRun::open(path).map_err(no_run)?;
             let of = if run.stops() { "run" } else { "run of trains" };
@@ -358,9 +446,9 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<ListedFigure>, Co
             let entries = entries.map(|e| listed(e.name, &in_words_of(&run, e.title), e.paper_figure, of));
             return Ok(entries.collect());
         }
-        StudyKind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[])?, "sweep"),
-        StudyKind::WorkPrecision => (plot_studies::of_work_precision(path)?, "work-precision study"),
-        StudyKind::Branches => (plot_studies::all_of_branches(path)?, "continuation"),
+        StudyKind::Sweep(file) => (of_sweep(&file, &choice, &[])?, "sweep"),
+        StudyKind::WorkPrecision => (of_work_precision(path)?, "work-precision study"),
+        StudyKind::Branches => (all_of_branches(path)?, "continuation"),
     };
     let figures = drawn.figures.iter();
     Ok(figures.map(|f| listed(&f.name, &f.title, f.paper_figure, of)).collect())
@@ -379,19 +467,19 @@ fn tell_status(run: &DrawnRun) {
     ));
 }
 
-fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&CatalogueEntry]) -> Result<Chosen, CommandError> {
+fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&CatalogueEntry]) -> Result<Chosen, Error> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
         if let (Some(from), Some(to)) = (options.from, options.to)
             && from > to
         {
-            return Err(CommandError::input(format!(
+            return Err(Error::input(format!(
                 "--from {from} is after --to {to}; a figure goes from an earlier to a later time"
             )));
         }
         return Ok(Chosen::of(own_figures(options, runs)?));
     }
     if options.from.is_some() || options.to.is_some() {
-        return Err(CommandError::input(
+        return Err(Error::input(
             "--from and --to are for --channel and --phase; the figures of the paper find their windows by the events. \
              Name what to draw with --channel NAME or --phase A B",
         ));
@@ -413,7 +501,7 @@ fn figures(options: &PlotOptions, runs: &[DrawnRun], only: &[&CatalogueEntry]) -
     if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
         let path = subject.run.path().display();
         let remedy = chosen.sampling.as_deref().map(|text| remedy(text, subject.run.path()));
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "{path}: {} cannot be drawn: {}{}",
             entry.name,
             missing.why,
@@ -437,16 +525,16 @@ fn remedy(sampling: &str, path: &Path) -> String {
 
 const FEW: usize = 3;
 
-fn own_figures(options: &PlotOptions, runs: &[DrawnRun]) -> Result<Vec<Figure>, PlotError> {
+fn own_figures(options: &PlotOptions, runs: &[DrawnRun]) -> Result<Vec<Figure>, Error> {
     let window = own::window(runs, options.from, options.to)?;
     let mut figures = Vec::new();
     let title = |what: &str| match runs {
         [run] => format!("{}: {what}", run.label()),
         _ => capitalised(what),
     };
-    let against = |x: &str, y: &str| -> Result<Figure, PlotError> {
+    let against = |x: &str, y: &str| -> Result<Figure, Error> {
         let Some(run) = runs.first() else {
-            return Err(PlotError::Drawing("no run".to_owned()));
+            return Err(Error::drawing("no run"));
         };
         let what = format!("{} against {}", run.axis(y)?.name, run.axis(x)?.name);
         own::phase(runs, &format!("{y}-against-{x}"), &title(&what), (x, y), window)
@@ -460,7 +548,7 @@ fn own_figures(options: &PlotOptions, runs: &[DrawnRun]) -> Result<Vec<Figure>, 
         None if !options.channels.is_empty() => {
             let channels: Vec<&str> = options.channels.iter().map(String::as_str).collect();
             let axes = runs.iter().take(1).flat_map(|run| channels.iter().map(|c| run.axis(c)));
-            let names = axes.map(|axis| Ok(axis?.name)).collect::<Result<Vec<_>, PlotError>>()?;
+            let names = axes.map(|axis| Ok(axis?.name)).collect::<Result<Vec<_>, Error>>()?;
             let what = match names.len() {
                 ..=FEW => names.join(", "),
                 many => format!("{many} channels"),
@@ -480,14 +568,19 @@ const OTHER_FORMATS: [&str; 14] = [
     "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif", "webp", "html", "h5", "csv", "npz", "mat", "json",
 ];
 
-fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, FigureFormat)>, PlotError> {
+fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, FigureFormat)>, Error> {
     let path = options.output.clone();
+    let no_folder = || {
+        let why = "several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends in .svg, \
+                   .png or .pdf";
+        Err(Error::of_file(&options.output, why))
+    };
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match FigureFormat::of_path(&path) {
         Some(format) if figures.len() == 1 => return Ok(vec![(0, path, format)]),
-        Some(_) => return Err(PlotError::NoFolder { path }),
-        None if path.is_file() => return Err(PlotError::NoFolder { path }),
-        None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(PlotError::Format { path }),
+        Some(_) => return no_folder(),
+        None if path.is_file() => return no_folder(),
+        None if OTHER_FORMATS.iter().any(|other| extension == *other) => return Err(no_format(&path)),
         None => {}
     }
     let formats: &[FigureFormat] = match &options.format {
@@ -501,24 +594,26 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
     Ok(figures.iter().enumerate().flat_map(of_figure).collect())
 }
 
-fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<WrittenFigure>, CommandError> {
+fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<WrittenFigure>, Error> {
     let targets = targets(options, figures)?;
     let layout = layout(options)?;
     if FigureFormat::of_path(&options.output).is_none() && !targets.is_empty() {
         std::fs::create_dir_all(&options.output)
-            .map_err(|error| TargetError::failed(&options.output, FIGURE, "creating the folder", error))?;
+            .map_err(|error| FIGURE.failed(&options.output, "creating the folder", error))?;
     }
     let source = signature::source(inputs);
     let named = FigureFormat::of_path(&options.output).is_some();
-    for (_, path, _) in &targets {
-        target::check(path, FIGURE, inputs, options.force)?;
+    let reserve = |(number, path, format): (usize, PathBuf, FigureFormat)| {
+        let output = Output::new(&path, FIGURE, inputs, options.force)?;
         if !named && !options.force {
-            spare(path, &source, FIGURE)?;
+            output.spare(&source)?;
         }
-    }
+        Ok((number, output, format))
+    };
+    let targets = targets.into_iter().map(reserve).collect::<Result<Vec<_>, Error>>()?;
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, Drawing)> = None;
-    for (number, path, format) in targets {
+    for (number, output, format) in targets {
         let figure = &figures[number];
         let drawing = match drawn.take().filter(|(of, _)| *of == number) {
             Some((_, drawing)) => drawing,
@@ -527,9 +622,9 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
                 ..plot::draw(figure, layout)?
             },
         };
-        save(&path, FIGURE, &drawing, format, options.dpi)?;
+        save(&output, &drawing, format, options.dpi)?;
         written.push(WrittenFigure {
-            file: path.display().to_string(),
+            file: output.path().display().to_string(),
             figure: figure.name.clone(),
             title: figure.full_title(),
             paper_figure: figure.paper_figure,
@@ -539,28 +634,23 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
     Ok(written)
 }
 
-/// Refuses to replace a figure of other files than `source`, if this program chose the name of the new figure.
-pub(super) fn spare(path: &Path, source: &str, product: Product) -> Result<(), PlotError> {
-    let here = signature::names_in(source).unwrap_or_default();
-    match target::drawn_from(path) {
-        Some(there) if there != here => Err(PlotError::OfAnotherFile {
-            path: path.to_owned(),
-            there,
-            here: here.to_owned(),
-            option: product.option(),
-        }),
-        _ => Ok(()),
-    }
+fn no_format(path: &Path) -> Error {
+    let eps = match path.extension().is_some_and(|extension| extension == "eps") {
+        true => " (`pdftops -eps figure.pdf` makes EPS)",
+        false => "",
+    };
+    let why = format!("figures are SVG, PNG or PDF; give a name that ends in .svg, .png or .pdf{eps}");
+    Error::of_file(path, why)
 }
 
-fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
+fn layout(options: &PlotOptions) -> Result<Layout, Error> {
     let layout = Layout {
         width: options.width,
         font_size: options.font_size,
         title: !options.no_title,
     };
     if layout.width < layout.least_width() {
-        return Err(CommandError::input(format!(
+        return Err(Error::input(format!(
             "--width {:.1}mm has no room for axes with letters of {} points; give at least {:.1}mm, or a smaller --font-size",
             layout.width,
             layout.font_size,
@@ -572,38 +662,38 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
 
 pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
 
-/// The target of a figure from another command, checked before anything is computed.
-pub(super) fn figure_target<'a>(
-    path: Option<&'a Path>,
+/// A figure of another command, whose place is checked before anything is computed.
+pub(super) type FigureOutput = (Output, FigureFormat);
+
+pub(super) fn figure_output(
+    path: Option<&Path>,
     force: bool,
     inputs: &[PathBuf],
-) -> Result<Option<(&'a Path, FigureFormat)>, CommandError> {
+) -> Result<Option<FigureOutput>, Error> {
     let Some(path) = path else { return Ok(None) };
-    let format = FigureFormat::of_path(path).ok_or_else(|| PlotError::Format { path: path.to_owned() })?;
-    target::check(path, OF_COMMAND, inputs, force)?;
-    Ok(Some((path, format)))
+    let format = FigureFormat::of_path(path).ok_or_else(|| no_format(path))?;
+    Ok(Some((Output::new(path, OF_COMMAND, inputs, force)?, format)))
 }
 
-pub(super) fn draw(figure: &Figure, (path, format): (&Path, FigureFormat), source: String) -> Result<(), PlotError> {
+pub(super) fn draw(figure: &Figure, (output, format): &FigureOutput, source: &str) -> Result<(), Error> {
     let drawing = Drawing {
-        source,
+        source: source.to_owned(),
         ..plot::draw(figure, style::COLUMN_WIDTH)?
     };
-    save(path, OF_COMMAND, &drawing, format, DPI)
+    save(output, &drawing, *format, DPI)
 }
 
-fn save(path: &Path, figure: Product, drawing: &Drawing, format: FigureFormat, dpi: f64) -> Result<(), PlotError> {
+fn save(output: &Output, drawing: &Drawing, format: FigureFormat, dpi: f64) -> Result<(), Error> {
     match format {
-        FigureFormat::Svg => target::write(path, figure, &[drawing.svg().as_bytes()])?,
-        FigureFormat::Png => target::write(path, figure, &[&drawing.png(dpi)?])?,
-        FigureFormat::Pdf => target::write(path, figure, &[&drawing.pdf()?])?,
+        FigureFormat::Svg => output.write(&[drawing.svg().as_bytes()]),
+        FigureFormat::Png => output.write(&[&drawing.png(dpi)?]),
+        FigureFormat::Pdf => output.write(&[&drawing.pdf()?]),
     }
-    Ok(())
 }
 
 impl Report for PlotReport<'_> {
     fn page(&self) -> Page {
-        let (chosen, inputs) = self.of;
+        let (chosen, inputs) = (self.chosen, self.inputs);
         let files = self.files.iter().map(|written| written.file.clone());
         let missing = chosen
             .not_drawn

@@ -1,7 +1,7 @@
 //! Progress bars: simulated time of runs and comparisons, number of runs of studies.
 
 use super::arguments::{Common, ProgressChoice};
-use super::captured;
+use super::capture;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Arguments;
 use std::io::IsTerminal;
@@ -35,7 +35,7 @@ pub(super) struct Bar {
 }
 
 impl Bar {
-    pub(super) fn new(common: &Common, shown: BarKind, stop: &Arc<AtomicBool>) -> Self {
+    fn new(common: &Common, shown: BarKind, stop: &Arc<AtomicBool>) -> Self {
         let template = match shown {
             BarKind::Share | BarKind::Parts => "{bar:16} {msg}  {elapsed} (left {eta})",
             BarKind::Points => "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})",
@@ -58,10 +58,14 @@ impl Bar {
         };
         let _ = self.at(progress.done, 1.0, format_args!("{}: {stage}", candidate.display()));
     }
+}
 
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
+/// Does `work` under a progress bar.
+pub(super) fn watched<R>(common: &Common, shown: BarKind, stop: &Arc<AtomicBool>, work: impl FnOnce(&Bar) -> R) -> R {
+    let bar = Bar::new(common, shown, stop);
+    let result = work(&bar);
+    bar.bar.finish_and_clear();
+    result
 }
 
 impl Watch for Bar {
@@ -74,7 +78,7 @@ impl Watch for Bar {
         let unit = if self.shown == BarKind::Share { TICKS / of } else { 1.0 };
         let (position, length) = ((unit * done) as u64, (unit * of) as u64);
         if self.shown != BarKind::Share {
-            captured::progress(position, length);
+            capture::progress(position, length);
         }
         if !bar.is_hidden() {
             let before = bar.position();

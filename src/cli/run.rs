@@ -2,14 +2,15 @@
 
 use super::arguments::{Common, RunOptions};
 use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
-use super::progress::{Bar, BarKind};
-use super::{CommandEnd, CommandError, complain, interrupted, strictly, tell};
+use super::progress::{BarKind, watched};
+use super::{CommandEnd, complain, interrupted, strictly, tell};
+use crate::Error;
 use crate::report::RunSummary;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
 
-pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref())?;
@@ -22,21 +23,15 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
     let path = output_of(source, options.output.as_deref(), suffix)?;
     // Set before the partial file exists, so that an interruption ends the run cleanly from then on.
     let stop = interrupt_flag()?;
-    let bar = Bar::new(common, BarKind::Share, &stop);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
         solver.method.name(),
         solver.rtol
     );
-    let result = SavedRun::new(case, &path)
-        .text(&given.text)
-        .overwrite(overwrite(options.force))
-        .inputs(&given.files)
-        .witness(!options.no_witness)
-        .watch(&bar)
-        .start();
-    bar.finish();
+    let saving = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
+    let saving = saving.overwrite(overwrite(options.force)).witness(!options.no_witness);
+    let result = watched(common, BarKind::Share, &stop, |bar| saving.watch(bar).start());
     let SavedReport {
         file,
         run,
@@ -80,16 +75,14 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, C
     match error {
         // Errors of the result file name it already.
         Some(error) => {
-            Err(CommandError::computation(unsaved.or(write_error).unwrap_or_else(
-                || format!("{error}. What was computed until then is in {path}"),
-            )))
+            Err(Error::computation(unsaved.or(write_error).unwrap_or_else(|| {
+                format!("{error}. What was computed until then is in {path}")
+            })))
         }
         None if run.report.interrupted => {
             let end = run.report.end;
-            interrupted(
-                common,
-                &format!(" at t = {end:.9} s; what was computed is saved in {path}"),
-            )
+            let how = format!(" at t = {end:.9} s; what was computed is saved in {path}");
+            interrupted(common, &how)
         }
         None => strictly(options.strict, &warnings, !common.quiet, &file),
     }

@@ -1,16 +1,18 @@
 //! The requested table: its columns, and its rows or the times at which it is evaluated.
 
 use super::table::{BLOCK, ExportTable, Spool};
-use super::{Export, ExportError, TableOrigin};
+use super::{Export, TableOrigin};
+use crate::Error;
+use crate::plot::html::file_name;
 use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 use stickslip_analysis::provenance;
 use stickslip_case::input::{InputRows, LONGEST_LINE};
 use stickslip_case::suggest;
-use stickslip_compare::{Channel, Reference};
+use stickslip_compare::Reference;
+use stickslip_files::ResultFile;
 use stickslip_files::schema::{Variable, group};
-use stickslip_files::{DenseOutput, EventSide, ResultFile};
 use stickslip_system::quote::{quoted, shown};
 
 /// Limits: number of times in a list, and number of evaluated rows.
@@ -75,8 +77,11 @@ const OF_EVENTS: [&str; 6] = [
     "true_error",
 ];
 
-pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Variable, String)>, ExportError> {
-    let of = |group: &str| -> Result<Vec<(Variable, String)>, ExportError> {
+/// A column, and its group in the file.
+pub(super) type TableColumn = (Variable, String);
+
+pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<TableColumn>, Error> {
+    let of = |group: &str| -> Result<Vec<TableColumn>, Error> {
         let found = file.table(group)?.into_iter();
         Ok(found.map(|one| (one, group.to_owned())).collect())
     };
@@ -96,50 +101,32 @@ fn origin(file: &ResultFile, evaluated: Option<String>) -> TableOrigin {
     TableOrigin {
         source: provenance::source(),
         title: file.title().to_owned(),
-        file: file
-            .path()
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
+        file: file_name(file.path()),
         status: file.status().name().to_owned(),
         evaluated,
     }
 }
 
-fn chosen<T>(
-    file: &ResultFile,
-    table: &str,
-    all: Vec<T>,
-    name: impl Fn(&T) -> &str,
-    wanted: &[String],
-) -> Result<Vec<T>, ExportError> {
+fn chosen(file: &ResultFile, table: &str, all: Vec<TableColumn>, wanted: &[String]) -> Result<Vec<TableColumn>, Error> {
     if wanted.is_empty() {
         return Ok(all);
     }
-    let known: Vec<String> = all.iter().map(|one| name(one).to_owned()).collect();
-    let mut rest: Vec<Option<T>> = all.into_iter().map(Some).collect();
-    let mut found: Vec<T> = Vec::with_capacity(wanted.len());
+    let mut found: Vec<TableColumn> = Vec::with_capacity(wanted.len());
     for one in wanted {
-        let place = rest
-            .iter()
-            .position(|other| other.as_ref().is_some_and(|other| name(other) == one));
-        let Some(taken) = place.and_then(|place| rest[place].take()) else {
-            let twice = found.iter().any(|other| name(other) == one);
-            let path = file.path().display();
-            return Err(ExportError::Asked(if twice {
-                format!("--channels names {} twice; leave one out", quoted(one))
-            } else {
-                let close = suggest(one, known.iter().map(String::as_str));
-                let hint = close.map_or(String::new(), |close| format!(" (did you mean {close}?)"));
-                format!(
-                    "{path}: no column {}{hint} in /{table}; there are {}",
-                    quoted(one),
-                    known.join(", ")
-                )
-            }));
+        if found.iter().any(|(column, _)| column.name == *one) {
+            let one = quoted(one);
+            return Err(Error::input(format!("--channels names {one} twice; leave one out")));
+        }
+        let Some(column) = all.iter().find(|(column, _)| column.name == *one) else {
+            let known: Vec<&str> = all.iter().map(|(column, _)| column.name.as_str()).collect();
+            let close = suggest(one, known.iter().copied());
+            let hint = close.map_or(String::new(), |close| format!(" (did you mean {close}?)"));
+            let (path, one, known) = (file.path().display(), quoted(one), known.join(", "));
+            return Err(Error::input(format!(
+                "{path}: no column {one}{hint} in /{table}; there are {known}"
+            )));
         };
-        found.push(taken);
+        found.push(column.clone());
     }
     Ok(found)
 }
@@ -148,11 +135,11 @@ fn chosen<T>(
 ///
 /// # Errors
 /// A column is unknown, the window contains no row, or the file is unreadable.
-pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, ExportError> {
+pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, Error> {
     let name = request.table.name();
     let all = columns(file, request.table)?;
     if all.is_empty() {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{}: it has no /{name}; repeat the run",
             file.path().display()
         )));
@@ -166,7 +153,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     if request.table == Which::Trajectory && !wanted.is_empty() && !wanted.iter().any(|one| one == "time") {
         wanted.insert(0, "time".to_owned());
     }
-    let columns = chosen(file, name, all, |(column, _)| &column.name, &wanted)?;
+    let columns = chosen(file, name, all, &wanted)?;
     Ok(Export {
         table: ExportTable::of_file(name, file, columns, rows),
         origin: origin(file, None),
@@ -175,11 +162,11 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
 }
 
 /// Refuses a window (s) outside the run, which extends over `span`.
-fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), ExportError> {
+fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), Error> {
     if window.0 <= span.1 && window.1 >= span.0 {
         return Ok(());
     }
-    Err(ExportError::Asked(format!(
+    Err(Error::input(format!(
         "{}: the window from {:?} to {:?} s has no part of the run, which goes from {:?} to {:?} s; give one that has",
         file.path().display(),
         window.0,
@@ -189,30 +176,20 @@ fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Resu
     )))
 }
 
-/// Times of the first and the last sample, s; `None` without samples.
-pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
-    let rows = file.sample_count()?;
-    if rows == 0 {
-        return Ok(None);
-    }
-    let time = |row: usize| file.column("time", row..row + 1).map(|values| values[0]);
-    Ok(Some((time(0)?, time(rows - 1)?)))
-}
-
 /// The `rows` whose times are in the window. For segments, those that overlap the window.
-fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
+fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, Error> {
     let (from, to) = request.window;
     let (starts, ends) = match request.table {
         Which::Trajectory | Which::Events => ("time", "time"),
         Which::Segments => ("start", "end"),
         Which::StickSlip => {
-            return Err(ExportError::Asked(
+            return Err(Error::input(
                 "--window is of times, and the cycles of /stick_slip have none; leave it out, or export --table events"
                     .to_owned(),
             ));
         }
     };
-    if let Some(span) = span(file)? {
+    if let Some(span) = file.span()? {
         check_window(file, request.window, span)?;
     }
     let name = request.table.name();
@@ -221,160 +198,64 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
     Ok(start..end.max(start))
 }
 
-#[derive(Debug, Clone, Copy)]
-enum RequestValue {
-    Time,
-    Mode,
-    Channel(Channel),
-    AppliedForce,
-}
-
 /// Evaluates the trajectory at other times than its samples, from its dense output or the equations of motion.
 ///
 /// # Errors
 /// The table is not the trajectory, a column exists only at the samples, a time is outside the run, the run has too
 /// sparse samples and cannot be repeated, or the file is unreadable.
-pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, ExportError> {
-    let file = reference.file();
+pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, Error> {
+    let (file, asked) = (reference.file(), &request.columns);
     if request.table != Which::Trajectory {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "--rate, --interval and --at evaluate a trajectory at other times, and /{} has rows of its own; leave them out",
             request.table.name()
         )));
     }
-    let (start, end) = reference.times();
-    let columns = columns(file, Which::Trajectory)?.into_iter().map(|(column, _)| column);
-    let grid = grid(reference, request.window, times)?;
-    if let Some(dense) = file.dense()?.filter(|dense| dense.covers(start, end)) {
-        return by_dense_output(file, &dense, columns.collect(), &request.columns, grid);
-    }
-    by_equations(reference, columns, &request.columns, grid)
-}
-
-fn with_time(columns: &[String]) -> Vec<String> {
-    let mut wanted = columns.to_vec();
-    if !wanted.is_empty() {
-        wanted.retain(|one| one != "time");
-        wanted.insert(0, "time".to_owned());
-    }
-    wanted
-}
-
-fn by_dense_output(
-    file: &ResultFile,
-    dense: &DenseOutput<'_>,
-    columns: Vec<Variable>,
-    wanted: &[String],
-    mut grid: TimeGrid<'_>,
-) -> Result<Export<'static>, ExportError> {
-    let chosen = chosen(file, group::TRAJECTORY, columns, |one| &one.name, &with_time(wanted))?;
-    let mut spool = Spool::new(chosen.len())?;
-    let mut row = vec![0.0; chosen.len()];
-    loop {
-        let times: Vec<f64> = grid.by_ref().take(BLOCK).collect();
-        if times.is_empty() {
-            break;
-        }
-        let block = chosen
-            .iter()
-            .map(|one| dense.column(&one.name, &times, EventSide::Before))
-            .collect::<Result<Vec<_>, _>>()?;
-        for k in 0..times.len() {
-            for (cell, column) in row.iter_mut().zip(&block) {
-                *cell = column[k];
-            }
-            spool.push(&row)?;
-        }
-    }
-    Ok(Export {
-        table: spool.finish(group::TRAJECTORY, chosen)?,
-        origin: origin(file, Some("by the dense output of the run".to_owned())),
-        left_out: Vec::new(),
-    })
-}
-
-fn by_equations(
-    reference: &Reference,
-    columns: impl Iterator<Item = Variable>,
-    asked: &[String],
-    grid: TimeGrid<'_>,
-) -> Result<Export<'static>, ExportError> {
-    let file = reference.file();
-    let mut left_out = Vec::new();
-    let mut known = Vec::new();
-    for column in columns {
-        let value = match column.name.as_str() {
-            "time" => Some(RequestValue::Time),
-            "mode" => Some(RequestValue::Mode),
-            "applied_force" if reference.applied_force(0.0).is_some() => Some(RequestValue::AppliedForce),
-            name => reference.channel_of_column(name).map(RequestValue::Channel),
-        };
-        match value {
-            Some(value) => known.push((column, value)),
-            None => left_out.push(column.name),
+    let all = columns(file, Which::Trajectory)?;
+    let mut grid = grid(reference, request.window, times)?;
+    let (mut known, mut left_out) = (Vec::new(), Vec::new());
+    for column in all {
+        match reference.evaluates(&column.0.name)? {
+            true => known.push(column),
+            false => left_out.push(column.0.name),
         }
     }
     if let Some(one) = asked.iter().find(|one| left_out.contains(one)) {
         let path = file.path().display();
         let evaluable: Vec<&str> = known.iter().map(|(column, _)| column.name.as_str()).collect();
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: {one} is known at the samples of the run alone; export it without --rate, --interval and --at. At any time \
              there are {}",
             evaluable.join(", ")
         )));
     }
-    if asked.is_empty() {
-        left_out.retain(|name| name != "segment");
-    } else {
-        left_out.clear();
+    left_out.retain(|name| asked.is_empty() && name != "segment");
+    let mut wanted = asked.clone();
+    if !wanted.is_empty() {
+        wanted.retain(|one| one != "time");
+        wanted.insert(0, "time".to_owned());
     }
-    let chosen = chosen(
-        file,
-        group::TRAJECTORY,
-        known,
-        |(column, _)| &column.name,
-        &with_time(asked),
-    )?;
-    let channels: Vec<Channel> = chosen
-        .iter()
-        .filter_map(|(_, value)| match value {
-            RequestValue::Channel(channel) => Some(*channel),
-            _ => None,
-        })
-        .collect();
-    let mut spool = Spool::new(chosen.len())?;
-    let mut evaluator = reference.evaluator(&channels)?;
-    let mut values = vec![0.0; channels.len()];
-    let mut row = vec![0.0; chosen.len()];
-    for time in grid {
-        let mode = evaluator.at(time, &mut values)?;
-        let mut next = values.iter();
-        for (cell, (_, value)) in row.iter_mut().zip(&chosen) {
-            *cell = match value {
-                RequestValue::Time => time,
-                RequestValue::Mode => f64::from(mode.code()),
-                RequestValue::Channel(_) => next.next().copied().unwrap_or(f64::NAN),
-                RequestValue::AppliedForce => reference.applied_force(time).unwrap_or(f64::NAN),
-            };
+    let chosen = chosen(file, group::TRAJECTORY, known, &wanted)?;
+    let columns: Vec<Variable> = chosen.into_iter().map(|(column, _)| column).collect();
+    let mut trajectory = reference.trajectory(columns.iter().map(|column| column.name.clone()).collect())?;
+    let mut spool = Spool::new()?;
+    loop {
+        let times: Vec<f64> = grid.by_ref().take(BLOCK).collect();
+        if times.is_empty() {
+            break;
         }
-        spool.push(&row)?;
+        spool.push(&trajectory.at(&times)?)?;
     }
-    let how = if reference.was_repeated() {
-        "by the equations of motion between the samples of the run, which was repeated where they are sparse"
-    } else {
-        "by the equations of motion between the samples of the run"
-    };
-    let columns = chosen.into_iter().map(|(column, _)| column).collect();
     Ok(Export {
-        table: spool.finish(group::TRAJECTORY, columns)?,
-        origin: origin(file, Some(how.to_owned())),
+        table: spool.finish(group::TRAJECTORY, columns),
+        origin: origin(file, Some(trajectory.source().to_owned())),
         left_out,
     })
 }
 
 type TimeGrid<'a> = Box<dyn Iterator<Item = f64> + 'a>;
 
-fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, ExportError> {
+fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<TimeGrid<'a>, Error> {
     let (start, end) = reference.times();
     let path = reference.file().path().display();
     check_window(reference.file(), window, (start, end))?;
@@ -386,7 +267,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
             let last = times.partition_point(|time| *time <= window.1);
             let times = &times[first..last];
             if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
-                return Err(ExportError::Asked(format!(
+                return Err(Error::input(format!(
                     "{path}: the run goes from {start:?} to {end:?} s, and --at asks for t = {time:?} s; leave such times out, or \
                      give a --window"
                 )));
@@ -397,7 +278,7 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
         Times::Every(interval) => ((to - from) / interval, *interval, 1.0),
     };
     if !(0.0..MOST_ROWS).contains(&rows) {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{rows:.1e} rows are more than the {MOST_ROWS:e} that an export has; give a --window, or a lower --rate"
         )));
     }
@@ -415,8 +296,8 @@ fn grid<'a>(reference: &Reference, window: (f64, f64), times: &'a Times) -> Resu
 ///
 /// # Errors
 /// The file is unreadable, a cell is no number, or the times do not increase.
-pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
-    let asked = |what: String| ExportError::Asked(format!("{}{what}", path.display()));
+pub fn read_times(path: &Path) -> Result<Vec<f64>, Error> {
+    let asked = |what: String| Error::input(format!("{}{what}", path.display()));
     let file =
         File::open(path).map_err(|error| asked(format!(": the times cannot be read: {error}; check the name")))?;
     let mut reader = csv::ReaderBuilder::new()

@@ -1,6 +1,7 @@
 //! Tables to export, with columns that can be read in any order, block by block.
 
-use super::ExportError;
+use super::request::TableColumn;
+use crate::Error;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -32,7 +33,7 @@ impl<'a> ExportTable<'a> {
     pub(super) fn of_file(
         name: &str,
         file: &'a ResultFile,
-        columns: Vec<(Variable, String)>,
+        columns: Vec<TableColumn>,
         rows: Range<usize>,
     ) -> ExportTable<'a> {
         let (columns, groups) = columns.into_iter().unzip();
@@ -45,7 +46,7 @@ impl<'a> ExportTable<'a> {
     }
 
     /// Reads rows of a column, as doubles.
-    pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
+    pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, Error> {
         match &self.source {
             ExportRows::File(file, groups, first) => {
                 let rows = first + rows.start..first + rows.end;
@@ -67,11 +68,10 @@ impl<'a> ExportTable<'a> {
         }
     }
 
-    fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, ExportError> {
+    fn stored(&self, mut file: &File, place: usize, count: usize) -> Result<Vec<f64>, Error> {
         let mut bytes = vec![0; 8 * count];
-        file.seek(SeekFrom::Start(8 * place as u64))
-            .map_err(ExportError::temporary)?;
-        file.read_exact(&mut bytes).map_err(ExportError::temporary)?;
+        file.seek(SeekFrom::Start(8 * place as u64)).map_err(Error::temporary)?;
+        file.read_exact(&mut bytes).map_err(Error::temporary)?;
         let number = |raw: &[u8]| f64::from_le_bytes(raw.try_into().unwrap_or_default());
         Ok(bytes.chunks_exact(8).map(number).collect())
     }
@@ -87,46 +87,30 @@ impl<'a> ExportTable<'a> {
 #[derive(Debug)]
 pub(super) struct Spool {
     file: File,
-    block: Vec<Vec<f64>>,
     rows: usize,
 }
 
 impl Spool {
-    pub(super) fn new(columns: usize) -> Result<Spool, ExportError> {
+    pub(super) fn new() -> Result<Spool, Error> {
         Ok(Spool {
-            file: tempfile::tempfile().map_err(ExportError::temporary)?,
-            block: vec![Vec::with_capacity(BLOCK); columns],
+            file: tempfile::tempfile().map_err(Error::temporary)?,
             rows: 0,
         })
     }
 
-    pub(super) fn push(&mut self, row: &[f64]) -> Result<(), ExportError> {
-        for (column, value) in self.block.iter_mut().zip(row) {
-            column.push(*value);
-        }
-        self.rows += 1;
-        if self.rows.is_multiple_of(BLOCK) {
-            self.flush()?;
-        }
-        Ok(())
+    /// Adds the columns of [`BLOCK`] rows; the last block may be shorter.
+    pub(super) fn push(&mut self, columns: &[Vec<f64>]) -> Result<(), Error> {
+        self.rows += columns.first().map_or(0, Vec::len);
+        let bytes: Vec<u8> = columns.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        self.file.write_all(&bytes).map_err(Error::temporary)
     }
 
-    fn flush(&mut self) -> Result<(), ExportError> {
-        let mut bytes = Vec::with_capacity(8 * BLOCK * self.block.len());
-        for column in &mut self.block {
-            bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
-            column.clear();
-        }
-        self.file.write_all(&bytes).map_err(ExportError::temporary)
-    }
-
-    pub(super) fn finish(mut self, name: &str, columns: Vec<Variable>) -> Result<ExportTable<'static>, ExportError> {
-        self.flush()?;
-        Ok(ExportTable {
+    pub(super) fn finish(self, name: &str, columns: Vec<Variable>) -> ExportTable<'static> {
+        ExportTable {
             name: name.to_owned(),
             columns,
             rows: self.rows,
             source: ExportRows::Spool(self.file),
-        })
+        }
     }
 }

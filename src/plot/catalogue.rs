@@ -1,119 +1,129 @@
 //! Figures of one or several runs, with their time windows, which follow from events, and the systems that have them.
 
 use super::certified;
+use super::entry::FigureForm::{CloseUp, Orbit, Own, Spiral, Whole};
 use super::entry::{CatalogueEntry, Drawn, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
-use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels::in_translation;
 use super::law;
-use super::own::over_time;
-use super::portraits;
+use super::own::{over_time, phase};
+use super::portraits::{self, final_stick};
 use super::run::DrawnRun;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
+use crate::Error;
 use stickslip_analysis::analysis::headline::is_paper_case;
 use stickslip_case::Motion;
 use stickslip_engine::simulation::OutputWindow;
 use stickslip_system::record::Cycle;
+
+/// Number of turns of the fast motion that are shown before the first stick.
+const TURNS: f64 = 24.0;
 
 const CRITICAL_CURVE: u32 = 25;
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
 /// All figures, in the order of the paper.
 pub const ENTRIES: &[CatalogueEntry] = &[
-    entry("friction-law", "Friction law", law::friction_law).in_paper(4),
-    entry("axial-displacement", "Axial displacement", axial_displacement).in_paper(5),
+    entry("friction-law", "Friction law", Own(law::friction_law)).in_paper(4),
+    entry("axial-displacement", "Axial displacement", Own(axial_displacement)).in_paper(5),
     entry(
         "axial-settling",
         "Axial displacement after the last corner of F(t)",
-        |e, s| close_up(e, s, &[&["z"]], settling(s)),
+        CloseUp(&[&["z"]], settling),
     ),
-    entry("rotor-speed", "Rotor speed", |e, s| whole(e, s, &[&["theta_dot"]])),
-    entry("rotor-speed-stop", "Rotor speed before the stop", |e, s| {
-        close_up(e, s, &[&["theta_dot"]], stop(s))
-    }),
-    entry("surface-speeds", "Speeds of the contact surfaces", |e, s| {
-        // Surfaces that stick together share axes. Those of a brake are too far apart.
-        let apart: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
-        let common: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
-        whole(e, s, if s.run.stops() { apart } else { common })
-    }),
+    entry("rotor-speed", "Rotor speed", Whole(&[&["theta_dot"]])),
+    entry(
+        "rotor-speed-stop",
+        "Rotor speed before the stop",
+        CloseUp(&[&["theta_dot"]], stop),
+    ),
+    entry("surface-speeds", "Speeds of the contact surfaces", Own(surface_speeds)),
     entry(
         "surface-speeds-stop",
         "Speeds of the contact surfaces before the stop",
-        |e, s| close_up(e, s, &[&["phi2_dot"], &["phi1_dot"]], stop(s)),
+        CloseUp(SURFACES, stop),
     ),
     entry(
         "surface-speeds-close-up",
         "Speeds of the contact surfaces, first sticks",
-        |e, s| close_up(e, s, &[&["phi2_dot", "phi1_dot"]], first_cycles(s)),
+        CloseUp(TOGETHER, first_cycles),
     ),
-    entry("relative-velocity", "Relative velocity", |e, s| {
-        whole(e, s, RELATIVE_VELOCITY)
-    }),
+    entry("relative-velocity", "Relative velocity", Whole(VELOCITY)),
     entry(
         "relative-velocity-growth",
         "Relative velocity before the first stick",
-        |e, s| close_up(e, s, RELATIVE_VELOCITY, growth(s)),
+        CloseUp(VELOCITY, growth),
     ),
-    entry("stick-slip-transition", "Stick-slip", |e, s| {
-        close_up(e, s, RELATIVE_VELOCITY, transition(s))
-    }),
+    entry("stick-slip-transition", "Stick-slip", CloseUp(VELOCITY, transition)),
     entry(
         "stick-slip-close-up",
         "First sticks: relative velocity and torques",
-        |e, s| close_up(e, s, WITH_TORQUES, first_cycles(s)),
+        CloseUp(WITH_TORQUES, first_cycles),
     ),
     entry(
         "stick-slip-end",
         "Last sticks: relative velocity and torques",
-        |e, s| close_up(e, s, WITH_TORQUES, last_cycles(s)),
+        CloseUp(WITH_TORQUES, last_cycles),
     ),
-    entry("durations", "Durations of the sticks and slips", durations).in_paper(15),
-    entry("phase-axial", "Axial motion after the last corner of F(t)", |e, s| {
-        portraits::after_corner(e, s, ("z", "z_dot"), s.axial_period)
-    }),
+    entry("durations", "Durations of the sticks and slips", Own(durations)).in_paper(15),
+    entry(
+        "phase-axial",
+        "Axial motion after the last corner of F(t)",
+        Spiral(("z", "z_dot"), after_corner),
+    ),
     entry(
         "phase-plateau",
         "Stator surface after the last corner of F(t)",
-        |e, s| portraits::after_corner(e, s, STATOR, s.period),
+        Spiral(STATOR, on_plateau),
     ),
     entry(
         "phase-growth-stator",
         "Stator surface before the first stick",
-        |e, s| portraits::before_onset(e, s, STATOR),
+        Spiral(STATOR, before_onset),
     ),
-    entry("phase-growth-rotor", "Rotor surface before the first stick", |e, s| {
-        portraits::before_onset(e, s, ROTOR)
-    }),
-    entry("phase-stick-slip-stator", "Stator surface during stick-slip", |e, s| {
-        portraits::during(e, s, STATOR)
-    }),
-    entry("phase-stick-slip-rotor", "Rotor surface during stick-slip", |e, s| {
-        portraits::during(e, s, ROTOR)
-    }),
+    entry(
+        "phase-growth-rotor",
+        "Rotor surface before the first stick",
+        Spiral(ROTOR, before_onset),
+    ),
+    entry(
+        "phase-stick-slip-stator",
+        "Stator surface during stick-slip",
+        Orbit(STATOR, stick_slip),
+    ),
+    entry(
+        "phase-stick-slip-rotor",
+        "Rotor surface during stick-slip",
+        Orbit(ROTOR, stick_slip),
+    ),
     entry(
         "phase-stick-slip-torque",
         "Torque and relative velocity during stick-slip",
-        |e, s| portraits::during(e, s, ("relative_velocity", "transmitted_torque")),
+        Orbit(TORQUE, stick_slip),
     ),
     entry(
         "phase-final-stick-stator",
         "Stator surface in the last stick",
-        |e, s| portraits::final_stick(e, s, STATOR),
+        Own(|e, s| final_stick(e, s, STATOR)),
     ),
-    entry("phase-final-stick-rotor", "Rotor surface in the last stick", |e, s| {
-        portraits::final_stick(e, s, ROTOR)
-    }),
+    entry(
+        "phase-final-stick-rotor",
+        "Rotor surface in the last stick",
+        Own(|e, s| final_stick(e, s, ROTOR)),
+    ),
 ];
 
 fn of_runs() -> impl Iterator<Item = &'static CatalogueEntry> {
     ENTRIES.iter().chain(portraits::ENTRIES)
 }
 
-const RELATIVE_VELOCITY: &[&[&str]] = &[&["relative_velocity"]];
+const VELOCITY: &[&[&str]] = &[&["relative_velocity"]];
+const SURFACES: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
+const TOGETHER: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
 const WITH_TORQUES: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
 const STATOR: (&str, &str) = ("phi1", "phi1_dot");
 const ROTOR: (&str, &str) = ("rotor_twist", "rotor_twist_rate");
+const TORQUE: (&str, &str) = ("relative_velocity", "transmitted_torque");
 
 /// Figures of a motion that slows down to a stop, and of the growth before the stop.
 const OF_A_STOP: [&str; 4] = [
@@ -163,7 +173,7 @@ pub(crate) fn in_words_of(run: &DrawnRun, title: &str) -> String {
 
 impl CatalogueEntry {
     /// Makes the figure, or returns [`NoFigure`] if the run does not have it.
-    pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, PlotError> {
+    pub fn build(&self, subject: &Subject) -> Result<FigureOutcome, Error> {
         let run = subject.run;
         if let Some(why) = reason(self.name, run) {
             let has = of_runs().filter(|other| reason(other.name, run).is_none());
@@ -171,7 +181,7 @@ impl CatalogueEntry {
             let why = format!("{why}; this run has {}, and any channel", has.join(", "));
             return Ok(Err(why.as_str().into()));
         }
-        match (self.draw)(self, subject) {
+        match self.draw(subject) {
             Ok(figure) => Ok(Ok(Figure {
                 title: in_words_of(run, &figure.title),
                 paper_figure: self.paper_figure.filter(|_| is_paper_case(&run.case)),
@@ -193,12 +203,18 @@ pub fn of_run(run: &DrawnRun) -> Vec<&'static CatalogueEntry> {
 }
 
 /// Finds a figure by its name or its number in the paper. The error for an unknown one lists the known ones.
-pub fn find(name: &str) -> Result<&'static CatalogueEntry, PlotError> {
+pub fn find(name: &str) -> Result<&'static CatalogueEntry, Error> {
     if let Ok(number) = name.parse::<u32>() {
         return match ENTRIES.iter().find(|e| e.paper_figure == Some(number)) {
             Some(entry) => Ok(entry),
-            None if number == CRITICAL_CURVE => Err(PlotError::CriticalCurve { number }),
-            None if OF_A_RUN.contains(&number) => Err(PlotError::UnknownNumber { number }),
+            None if number == CRITICAL_CURVE => Err(Error::input(format!(
+                "figure {number} of the paper is a critical curve: stick-slip or not over decay rate and damping. It is drawn from \
+                 the file of a sweep: `stickslip sweep critical-curve`, then `stickslip plot critical-curve.h5`"
+            ))),
+            None if OF_A_RUN.contains(&number) => Err(Error::input(format!(
+                "figure {number} of the paper: it is not known which picture that is; --list says what can be drawn, with the \
+                 paper's number where it is known"
+            ))),
             None => Err(unknown_figure(name)),
         };
     }
@@ -206,14 +222,10 @@ pub fn find(name: &str) -> Result<&'static CatalogueEntry, PlotError> {
     all.find(|e| e.name == name).ok_or_else(|| unknown_figure(name))
 }
 
-fn unknown_figure(name: &str) -> PlotError {
+fn unknown_figure(name: &str) -> Error {
     let all = of_runs().chain(certified::ENTRIES);
     let names: Vec<&str> = all.map(|e| e.name).collect();
-    PlotError::UnknownFigure {
-        name: name.to_owned(),
-        hint: hint(name, names.iter().copied()),
-        known: names.join(", "),
-    }
+    Error::unknown("there is no figure", name, &names, "")
 }
 
 /// Sampling (for `--set`) with which a repeated run would have all absent figures: its present windows and the
@@ -236,21 +248,35 @@ pub fn sampling(run: &DrawnRun, absent: &[&NoFigure]) -> Option<String> {
     (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
 }
 
-fn whole(entry: &CatalogueEntry, subject: &Subject, panels: &[&[&str]]) -> Drawn {
-    // One pass over the file serves all figures of the whole run.
-    let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
-    for run in subject.runs {
-        run.curves(&channels, subject.run.times)?;
+impl CatalogueEntry {
+    fn draw(&self, subject: &Subject) -> Drawn {
+        let phase = |axes, window| phase(subject.runs, self.name, self.title, axes, window);
+        match self.form {
+            Whole(panels) => {
+                // One pass over the file serves all figures of the whole run.
+                let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
+                for run in subject.runs {
+                    run.curves(&channels, subject.run.times)?;
+                }
+                self.over_time(subject, panels, subject.run.times)
+            }
+            CloseUp(panels, view) => self.over_time(subject, panels, subject.resolved(view(subject))?),
+            Spiral(axes, view) => portraits::spiral(self, subject, axes, subject.resolved(view(subject))?),
+            Orbit(axes, view) => Ok(phase(axes, subject.resolved(view(subject))?)?),
+            Own(draw) => draw(self, subject),
+        }
     }
-    shown(entry, subject, panels, subject.run.times)
+
+    fn over_time(&self, subject: &Subject, panels: &[&[&str]], window: (f64, f64)) -> Drawn {
+        Ok(over_time(subject.runs, self.name, self.title, panels, window)?)
+    }
 }
 
-fn close_up(entry: &CatalogueEntry, subject: &Subject, panels: &[&[&str]], view: View) -> Drawn {
-    shown(entry, subject, panels, subject.resolved(view)?)
-}
-
-fn shown(entry: &CatalogueEntry, subject: &Subject, panels: &[&[&str]], window: (f64, f64)) -> Drawn {
-    Ok(over_time(subject.runs, entry.name, entry.title, panels, window)?)
+/// Surfaces that stick together share axes. Those of a brake are too far apart.
+fn surface_speeds(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
+    let panels = if subject.run.stops() { SURFACES } else { TOGETHER };
+    let form = Whole(panels);
+    CatalogueEntry { form, ..*entry }.draw(subject)
 }
 
 /// The window is twice as long as F(t) changes.
@@ -258,7 +284,7 @@ fn axial_displacement(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let (first, last) = subject.run.times;
     let end = subject.corner.map_or(last, |corner| (2.0 * corner).min(last));
     let end = if end > first { end } else { last };
-    shown(entry, subject, &[&["z"]], (first, end))
+    entry.over_time(subject, &[&["z"]], (first, end))
 }
 
 fn settling(subject: &Subject) -> View {
@@ -293,6 +319,30 @@ fn last_cycles(subject: &Subject) -> View {
     let (end, period) = (subject.end(), subject.period);
     let length = length(subject.run.cycles.iter().rev().take(4))?;
     Ok(((end - length - 0.2 * period, end + 2.0 * period), period))
+}
+
+fn after_corner(subject: &Subject) -> View {
+    let (corner, period) = (subject.last_corner()?, subject.axial_period);
+    Ok(((corner, corner + 6.0 * period), period))
+}
+
+/// The same window, with samples that show the motion of the surfaces.
+fn on_plateau(subject: &Subject) -> View {
+    Ok((after_corner(subject)?.0, subject.period))
+}
+
+fn before_onset(subject: &Subject) -> View {
+    let (onset, period) = (subject.first_stick()?, subject.period);
+    Ok(((onset - TURNS * period, onset), period))
+}
+
+/// From the first stick to the last, with an orbit for each cycle instead of a spiral.
+fn stick_slip(subject: &Subject) -> View {
+    let (onset, end) = (subject.first_stick()?, subject.end());
+    match end <= onset {
+        true => Err(NO_CYCLE.into()),
+        false => Ok(((onset, end), subject.period)),
+    }
 }
 
 fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, NoFigure> {

@@ -1,6 +1,6 @@
 //! Figures of a certificate: uncertainties of events, and error bands of channels.
 
-use super::entry::{CatalogueEntry, Drawn, Subject, entry};
+use super::entry::{CatalogueEntry, Drawn, FigureForm, Subject, entry};
 use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::time_axis;
 use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
@@ -8,8 +8,16 @@ use stickslip_files::AddedGroup;
 
 /// Figures of a certified file.
 pub const ENTRIES: &[CatalogueEntry] = &[
-    entry("event-uncertainties", "Uncertainty of the events, certified", events),
-    entry("error-bands", "Error bands of the channels, certified", bands),
+    entry(
+        "event-uncertainties",
+        "Uncertainty of the events, certified",
+        FigureForm::Own(events),
+    ),
+    entry(
+        "error-bands",
+        "Error bands of the channels, certified",
+        FigureForm::Own(bands),
+    ),
 ];
 
 /// Smallest drawn uncertainty, s, about the spacing of doubles at the times. Zero has no logarithm.

@@ -1,12 +1,12 @@
 //! Figures of a comparison: both runs and the error over time, the error of each event, the first wrong event
 //! enlarged.
 
-use super::decimate::MinMax;
-use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
 use super::run::DrawnRun;
 use super::style::{BLACK, BLUE, VERMILLION};
+use super::thinning::MinMax;
+use crate::Error;
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
 use stickslip_system::record::sequence::Fault;
@@ -90,7 +90,7 @@ impl DrawnCandidate<'_> {
     }
 
     /// The figures of a comparison. A table of events only has the errors of events.
-    pub fn figures(&self, comparison: &Comparison) -> Result<Vec<Figure>, PlotError> {
+    pub fn figures(&self, comparison: &Comparison) -> Result<Vec<Figure>, Error> {
         let mut views = Vec::new();
         if let Some(channel) = self.channels()?.into_iter().next() {
             let name = self.run.axis(&channel)?.name;
@@ -139,17 +139,19 @@ impl DrawnCandidate<'_> {
     ///
     /// # Errors
     /// The reference or the candidate lacks a channel, or a file is unreadable.
-    pub fn channels_over_time(&self, channels: &[String], window: (f64, f64)) -> Result<Vec<Figure>, PlotError> {
+    pub fn channels_over_time(&self, channels: &[String], window: (f64, f64)) -> Result<Vec<Figure>, Error> {
         let known = self.channels()?;
         let mut views = Vec::new();
         for channel in channels {
             let axis = self.run.axis(channel)?;
             if !known.contains(channel) {
-                return Err(PlotError::NotInCandidate {
-                    path: self.path.to_owned(),
-                    name: channel.clone(),
-                    known: known.join(", "),
-                });
+                let known = known.join(", ");
+                return Err(Error::of_file(
+                    self.path,
+                    format!(
+                        "has no \"{channel}\" to be drawn with the result; it has {known} (--column and --map name its columns)"
+                    ),
+                ));
             }
             views.push(ComparisonView {
                 name: format!("comparison-{channel}"),
@@ -161,7 +163,7 @@ impl DrawnCandidate<'_> {
         self.over_time(&views)
     }
 
-    fn channels(&self) -> Result<Vec<String>, PlotError> {
+    fn channels(&self) -> Result<Vec<String>, Error> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let names = traced.iter().map(|channel| channel.name().into_owned());
         let mut names: Vec<String> = names.filter(|name| self.run.axis(name).is_ok()).collect();
@@ -169,7 +171,7 @@ impl DrawnCandidate<'_> {
         Ok(names)
     }
 
-    fn over_time(&self, views: &[ComparisonView]) -> Result<Vec<Figure>, PlotError> {
+    fn over_time(&self, views: &[ComparisonView]) -> Result<Vec<Figure>, Error> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let place = |view: &ComparisonView| traced.iter().position(|channel| channel.name() == view.channel);
         let places: Vec<usize> = views.iter().filter_map(place).collect();
@@ -191,7 +193,7 @@ impl DrawnCandidate<'_> {
             .collect()
     }
 
-    fn figure(&self, view: &ComparisonView, traced: TracedChannel) -> Result<Figure, PlotError> {
+    fn figure(&self, view: &ComparisonView, traced: TracedChannel) -> Result<Figure, Error> {
         let mut figure = over_time(
             std::slice::from_ref(self.run),
             &view.name,

@@ -1,10 +1,10 @@
 //! The critical curve: boundaries of a sweep in their plane, with the stability limit and contours of G (Fig. 25).
 
-use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::scale::superscript;
-use super::studies::data::{drawn_axis, levels, short};
+use super::studies::data::{drawn_axis, levels, plainly, short};
 use super::style::{BLACK, GREY, PALETTE};
+use crate::Error;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::{Reason, ResultError, StudyFile};
 use stickslip_system::model::system::System;
@@ -13,7 +13,7 @@ use stickslip_system::model::system::System;
 ///
 /// # Errors
 /// The file contains no boundary, or is unreadable.
-pub fn figure(file: &StudyFile) -> Result<Figure, PlotError> {
+pub fn figure(file: &StudyFile) -> Result<Figure, Error> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
     let (x, y, panel) = panel(file)?.ok_or_else(none)?;
     let is_the_papers = x == "friction_decay" && y == "torsion_damping";
@@ -28,7 +28,7 @@ pub fn figure(file: &StudyFile) -> Result<Figure, PlotError> {
 }
 
 /// The variables of both axes, and the panel; `None` for a file without boundaries.
-pub(super) fn panel(file: &StudyFile) -> Result<Option<(String, String, Panel)>, PlotError> {
+pub(super) fn panel(file: &StudyFile) -> Result<Option<(String, String, Panel)>, Error> {
     let Some(Boundary { x, y, curves: traced }) = boundary(file)? else {
         return Ok(None);
     };
@@ -65,7 +65,7 @@ pub(super) struct Boundary {
     pub curves: Vec<Curve>,
 }
 
-pub(super) fn boundary(file: &StudyFile) -> Result<Option<Boundary>, PlotError> {
+pub(super) fn boundary(file: &StudyFile) -> Result<Option<Boundary>, Error> {
     let (Some(x), Some(y)) = (file.text("boundary/x"), file.text("boundary/y")) else {
         return Ok(None);
     };
@@ -160,11 +160,10 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
 
 /// A number, with a power of ten in typographic form below 10⁻³.
 fn written(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
-        return value.to_string();
-    }
-    let text = format!("{value:e}");
-    let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+    let text = plainly(value);
+    let Some((digits, power)) = text.split_once('e') else {
+        return text;
+    };
     let power = format!("10{}", superscript(power.parse().unwrap_or(0)));
     match digits {
         "1" => power,

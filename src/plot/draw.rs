@@ -1,14 +1,12 @@
 //! Layout and drawing of figures.
 
-use super::colors;
-use super::drawing::Drawing;
-use super::error::PlotError;
+use super::drawing::{Drawing, Sheet, draw_cell, draw_piece, stroke};
 use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
-use super::font::{self, text_width, wrapped_title};
-use super::ink::{Sheet, draw_cell, draw_piece, stroke};
-use super::marks::marks;
+use super::labels::marks;
 use super::scale::Scale;
 use super::style::*;
+use super::text::{self, text_width, wrapped_title};
+use crate::Error;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingAreaErrorKind;
@@ -67,7 +65,7 @@ struct MeasuredText<'a> {
 }
 
 /// Draws the figure with a layout, or in a column of a given width (mm).
-pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, PlotError> {
+pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, Error> {
     let layout = layout.into();
     let square = figure.panels.iter().all(|panel| panel.square);
     let width = layout.width * layout.units_per_mm();
@@ -119,9 +117,9 @@ pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, PlotE
     Ok(drawing)
 }
 
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotError {
+impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Error {
     fn from(error: DrawingAreaErrorKind<E>) -> Self {
-        PlotError::Drawing(error.to_string())
+        Error::drawing(error)
     }
 }
 
@@ -263,7 +261,7 @@ fn legend(measured: &[MeasuredText]) -> Vec<(String, Swatch)> {
     for map in maps() {
         if let ColorKey::Codes(codes) = &map.key {
             for (number, (_, word)) in codes.iter().enumerate() {
-                add(word, Swatch::Ground(colors::of_code(number, codes.len()), 1.0));
+                add(word, Swatch::Ground(shade_of_code(number, codes.len()), 1.0));
             }
         }
     }
@@ -321,15 +319,15 @@ fn legend_rows(entries: &[(String, Swatch)], width: f64) -> Vec<Vec<(f64, String
 }
 
 fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
-    (font::FAMILIES, size).into_font().color(&BLACK).pos(pos)
+    (text::FAMILIES, size).into_font().color(&BLACK).pos(pos)
 }
 
-fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), PlotError> {
+fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), Error> {
     let style = text_style(size, Pos::new(HPos::Left, VPos::Top));
     Ok(area.draw_text(text, &style, (x.round() as i32, y.round() as i32))?)
 }
 
-fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(), PlotError> {
+fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(), Error> {
     let middle = (y + 0.4 * LABEL_SIZE).round() as i32;
     for (x, name, swatch) in row {
         let (left, right) = (x.round() as i32, (x + SWATCH).round() as i32);
@@ -361,7 +359,7 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
     Ok(())
 }
 
-fn draw_panel(area: &Ground, m: &MeasuredText, (left, right): (f64, f64)) -> Result<(), PlotError> {
+fn draw_panel(area: &Ground, m: &MeasuredText, (left, right): (f64, f64)) -> Result<(), Error> {
     let (own, _) = area.split_vertically(panel_height(m).round() as i32);
     let (x, y) = (m.x.shown, m.y.shown);
     if !m.panel.caption.is_empty() {
@@ -379,7 +377,7 @@ fn draw_panel(area: &Ground, m: &MeasuredText, (left, right): (f64, f64)) -> Res
     draw_content(&own, chart.plotting_area(), m)
 }
 
-fn draw_ground(plane: &Plane, m: &MeasuredText) -> Result<(), PlotError> {
+fn draw_ground(plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
     let (x, y) = (m.x.shown, m.y.shown);
     for &(from, to, mode) in &m.panel.modes {
         let (color, opacity) = ground(mode);
@@ -389,7 +387,7 @@ fn draw_ground(plane: &Plane, m: &MeasuredText) -> Result<(), PlotError> {
     Ok(())
 }
 
-fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), PlotError> {
+fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
     let y = m.y.shown;
     if let Some(map) = &m.panel.map {
         draw_map(plane, m, map)?;
@@ -420,7 +418,7 @@ fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Plo
     Ok(())
 }
 
-fn draw_mesh(chart: &mut ChartContext<&mut Drawing, Axes>, m: &MeasuredText) -> Result<(), PlotError> {
+fn draw_mesh(chart: &mut ChartContext<&mut Drawing, Axes>, m: &MeasuredText) -> Result<(), Error> {
     let (_, x_decimals) = m.x.ticks(m.x_ticks);
     let (_, y_decimals) = m.y.ticks(m.y_ticks);
     let label = text_style(LABEL_SIZE, Pos::default());
@@ -459,7 +457,7 @@ fn is_dot(plane: &Plane, points: &[(f64, f64)]) -> bool {
     places.all(|place| Some(place) == first)
 }
 
-fn draw_curve(plane: &Plane, m: &MeasuredText, curve: &Curve) -> Result<(), PlotError> {
+fn draw_curve(plane: &Plane, m: &MeasuredText, curve: &Curve) -> Result<(), Error> {
     for piece in &curve.pieces {
         let points: Vec<(f64, f64)> = piece.iter().map(|&(x, y)| (m.x.show(x), m.y.show(y))).collect();
         if curve.style.is_line() && is_dot(plane, &points) {
@@ -480,16 +478,10 @@ fn step(scale: &Scale, value: f64) -> usize {
 }
 
 fn color_of(step: usize) -> RGBColor {
-    colors::at((step as f64 + 0.5) / COLORS as f64)
+    shade((step as f64 + 0.5) / COLORS as f64)
 }
 
-fn draw_color_bar(
-    area: &Ground,
-    axis: &Axis,
-    scale: &Scale,
-    (left, right): (f64, f64),
-    y: f64,
-) -> Result<(), PlotError> {
+fn draw_color_bar(area: &Ground, axis: &Axis, scale: &Scale, (left, right): (f64, f64), y: f64) -> Result<(), Error> {
     let width = right - left;
     // A long title starts left of the bar.
     let mut title = fitting_title(scale, axis, right - MARGIN);
@@ -534,7 +526,7 @@ fn draw_color_bar(
 }
 
 /// Joins neighbouring cells of one colour in one rectangle.
-fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), PlotError> {
+fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), Error> {
     let columns = map.x_edges.len().saturating_sub(1);
     if columns == 0 {
         return Ok(());
@@ -542,7 +534,7 @@ fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), PlotError>
     let color = |cell: Cell| match (cell, &map.key, &m.colors) {
         (Cell::Value(value), ColorKey::Codes(codes), _) => {
             let place = codes.iter().position(|(code, _)| *code as f64 == value);
-            place.map(|place| colors::of_code(place, codes.len()))
+            place.map(|place| shade_of_code(place, codes.len()))
         }
         (Cell::Value(value), ColorKey::Scale(_), Some((_, scale))) => Some(color_of(step(scale, value))),
         _ => None,
@@ -577,7 +569,7 @@ fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), PlotError>
     Ok(())
 }
 
-fn draw_area(plane: &Plane, m: &MeasuredText, area: &Area) -> Result<(), PlotError> {
+fn draw_area(plane: &Plane, m: &MeasuredText, area: &Area) -> Result<(), Error> {
     for piece in &area.pieces {
         let lower = piece.iter().map(|&(x, low, _)| (m.x.show(x), m.y.show(low)));
         let upper = piece.iter().rev().map(|&(x, _, high)| (m.x.show(x), m.y.show(high)));

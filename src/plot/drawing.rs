@@ -2,7 +2,14 @@
 //!
 //! Coordinates and lengths are in drawing units from the upper left corner. Lines have butt ends and round joins.
 
-use super::{font, typeset};
+use super::figure::{Cell, CurveStyle, MarkShape};
+use super::style::*;
+use super::text;
+use crate::Error;
+use plotters::coord::CoordTranslate;
+use plotters::element::DashedPathElement;
+use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, WHITE};
+use plotters::style::{Color, RGBColor, ShapeStyle};
 use plotters_backend::text_anchor::{HPos, VPos};
 use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
@@ -110,12 +117,12 @@ impl Text {
     fn outline(&self) -> Option<Path> {
         let (x, y) = (f64::from(self.at.0), f64::from(self.at.1));
         let mut letters = PathBuilder::new();
-        let mut from = x - self.anchor.1 * font::text_width(&self.words, self.size);
-        for (level, piece) in typeset::pieces(&self.words) {
+        let mut from = x - self.anchor.1 * text::text_width(&self.words, self.size);
+        for (level, piece) in text::pieces(&self.words) {
             let (size, below) = level.place(self.size);
             let line = y + self.drop.1 * self.size + below;
-            font::add_letters(&mut letters, &piece, size, (from, line));
-            from += font::plain_width(&piece, size);
+            text::add_letters(&mut letters, &piece, size, (from, line));
+            from += text::plain_width(&piece, size);
         }
         letters
             .finish()?
@@ -228,4 +235,85 @@ impl DrawingBackend for &mut Drawing {
         };
         self.add(ElementForm::Text(text), style.color(), None)
     }
+}
+
+pub(super) type Sheet<'a, C> = DrawingArea<&'a mut Drawing, C>;
+
+pub(super) fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
+    Color::stroke_width(&color, width)
+}
+
+pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
+    area: &Sheet<C>,
+    points: Vec<C::From>,
+    color: RGBColor,
+    style: CurveStyle,
+) -> Result<(), Error> {
+    let line = stroke(color, CURVE_STROKE);
+    let (radius, circle) = match style {
+        CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
+        CurveStyle::Thin => return Ok(area.draw(&PathElement::new(points, stroke(color, CURVE_STROKE / 2)))?),
+        CurveStyle::Dashed => return Ok(area.draw(&DashedPathElement::new(points, 90, 60, line))?),
+        CurveStyle::Dotted => return Ok(area.draw(&DashedPathElement::new(points, 24, 56, line))?),
+        CurveStyle::Marks(shape) => {
+            return points
+                .into_iter()
+                .try_for_each(|point| draw_mark(area, point, color, shape));
+        }
+        CurveStyle::Points => (POINT_RADIUS, color.filled()),
+        CurveStyle::OpenPoints => (POINT_RADIUS, stroke(color, THIN_STROKE + 4)),
+        CurveStyle::Dots => (DOT_RADIUS, color.filled()),
+    };
+    for point in points {
+        area.draw(&Circle::new(point, radius, circle))?;
+    }
+    Ok(())
+}
+
+/// Draws a mark. Open marks are white inside, so that they are visible on a line.
+fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
+    area: &Sheet<C>,
+    point: C::From,
+    color: RGBColor,
+    shape: MarkShape,
+) -> Result<(), Error> {
+    let edge = stroke(color, THIN_STROKE + 6);
+    let inner = if shape.filled { color.filled() } else { WHITE.filled() };
+    let radius = POINT_RADIUS + THIN_STROKE;
+    let corners = shape.corners(f64::from(radius));
+    if corners.len() == 0 {
+        area.draw(&Circle::new(point.clone(), radius, inner))?;
+        return Ok(area.draw(&Circle::new(point, radius, edge))?);
+    }
+    let places = corners.map(|(x, y)| (x.round() as i32, y.round() as i32));
+    let mut places: Vec<(i32, i32)> = places.collect();
+    if shape.cross {
+        for line in places.chunks(2) {
+            area.draw(&(EmptyElement::at(point.clone()) + PathElement::new(line.to_vec(), edge)))?;
+        }
+        return Ok(());
+    }
+    area.draw(&(EmptyElement::at(point.clone()) + Polygon::new(places.clone(), inner)))?;
+    places.push(places[0]);
+    Ok(area.draw(&(EmptyElement::at(point) + PathElement::new(places, edge)))?)
+}
+
+/// Draws a cell without a value in grey. A cross marks a failed run, a single stroke a missing one.
+pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
+    area: &Sheet<C>,
+    cell: Cell,
+    corners: [(X, X); 2],
+) -> Result<(), Error> {
+    let [(left, low), (right, high)] = corners;
+    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
+    let (ground, lines) = match cell {
+        Cell::Failed => (WHITE, &[up, down][..]),
+        Cell::Missing => (WHITE, &[up][..]),
+        Cell::Nothing | Cell::Value(_) => (NOTHING, &[][..]),
+    };
+    area.draw(&Rectangle::new(corners, ground.filled()))?;
+    for line in lines {
+        area.draw(&PathElement::new(*line, stroke(BLACK, THIN_STROKE)))?;
+    }
+    Ok(())
 }

@@ -1,8 +1,8 @@
 //! Figures of a run: their names and data, and reasons why a run may lack one.
 
-use super::error::PlotError;
 use super::figure::{Figure, Panel};
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
+use crate::error::{Error, ErrorKind};
 use std::f64::consts::TAU;
 use stickslip_engine::simulation::OutputWindow;
 use stickslip_system::model::system::Pressing;
@@ -33,7 +33,7 @@ pub(super) type Drawn = Result<Figure, Undrawn>;
 
 pub(super) enum Undrawn {
     Absent(NoFigure),
-    Failed(PlotError),
+    Failed(Error),
 }
 
 impl<T: Into<NoFigure>> From<T> for Undrawn {
@@ -42,8 +42,8 @@ impl<T: Into<NoFigure>> From<T> for Undrawn {
     }
 }
 
-impl From<PlotError> for Undrawn {
-    fn from(error: PlotError) -> Self {
+impl From<Error> for Undrawn {
+    fn from(error: Error) -> Self {
         Undrawn::Failed(error)
     }
 }
@@ -57,7 +57,23 @@ pub struct CatalogueEntry {
     pub title: &'static str,
     /// Number in the paper; `None` if it is not in the paper.
     pub paper_figure: Option<u32>,
-    pub(super) draw: fn(&CatalogueEntry, &Subject) -> Drawn,
+    pub(super) form: FigureForm,
+}
+
+type FigurePanels = &'static [&'static [&'static str]];
+
+type FigureView = fn(&Subject) -> View;
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum FigureForm {
+    /// Channels over the whole run.
+    Whole(FigurePanels),
+    CloseUp(FigurePanels, FigureView),
+    /// Portrait of a growing or decaying oscillation: x, y.
+    Spiral((&'static str, &'static str), FigureView),
+    /// Portrait of cycles: x, y.
+    Orbit((&'static str, &'static str), FigureView),
+    Own(fn(&CatalogueEntry, &Subject) -> Drawn),
 }
 
 impl CatalogueEntry {
@@ -73,16 +89,12 @@ impl CatalogueEntry {
     }
 }
 
-pub(super) const fn entry(
-    name: &'static str,
-    title: &'static str,
-    draw: fn(&CatalogueEntry, &Subject) -> Drawn,
-) -> CatalogueEntry {
+pub(super) const fn entry(name: &'static str, title: &'static str, form: FigureForm) -> CatalogueEntry {
     CatalogueEntry {
         name,
         title,
         paper_figure: None,
-        draw,
+        form,
     }
 }
 
@@ -158,7 +170,7 @@ impl<'a> Subject<'a> {
         }
         let count = match self.run.rows_in(window) {
             Ok(rows) => rows.len() as f64,
-            Err(PlotError::NothingInRange { .. }) => 0.0,
+            Err(error) if error.kind == ErrorKind::NothingInRange => 0.0,
             Err(error) => return Err(error.into()),
         };
         if window.1 > window.0 && count * period >= SAMPLES_PER_PERIOD * (window.1 - window.0) {

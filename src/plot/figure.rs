@@ -156,72 +156,38 @@ pub enum CurveStyle {
 
 /// Shape of a mark, recognisable without colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MarkShape {
-    /// Filled.
-    Disk,
-    /// Filled.
-    Square,
-    /// Filled.
-    Triangle,
-    /// Filled.
-    Diamond,
-    /// Diagonal cross.
-    Cross,
-    /// Upright cross.
-    Plus,
-    /// Open.
-    Circle,
-    /// Open.
-    Box,
-    /// Open, tip up.
-    Tent,
-    /// Open, tip down.
-    Funnel,
-    /// Open.
-    Kite,
-    /// Open, tip to the left.
-    Pennant,
-    /// Open.
-    Hexagon,
+pub struct MarkShape {
+    /// In tenths of the radius, with y downwards; empty for a circle. A cross has two lines.
+    corners: &'static [(i8, i8)],
+    pub(super) filled: bool,
+    pub(super) cross: bool,
 }
 
 impl MarkShape {
-    /// Corners in units of the radius, with y downwards; `None` for a circle. A cross has two lines.
-    pub(super) fn corners(self) -> Option<&'static [(f64, f64)]> {
-        Some(match self {
-            MarkShape::Disk | MarkShape::Circle => return None,
-            MarkShape::Square | MarkShape::Box => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
-            MarkShape::Triangle | MarkShape::Tent => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
-            MarkShape::Funnel => &[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)],
-            MarkShape::Diamond | MarkShape::Kite => &[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)],
-            MarkShape::Pennant => &[(-0.8, -1.1), (1.2, 0.0), (-0.8, 1.1)],
-            MarkShape::Hexagon => &[
-                (-0.6, -1.0),
-                (0.6, -1.0),
-                (1.2, 0.0),
-                (0.6, 1.0),
-                (-0.6, 1.0),
-                (-1.2, 0.0),
-            ],
-            MarkShape::Cross => &[(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)],
-            MarkShape::Plus => &[(-1.3, 0.0), (1.3, 0.0), (0.0, -1.3), (0.0, 1.3)],
-        })
+    pub(super) const fn open(corners: &'static [(i8, i8)]) -> MarkShape {
+        MarkShape {
+            corners,
+            filled: false,
+            cross: false,
+        }
     }
 
-    pub(super) fn is_cross(self) -> bool {
-        matches!(self, MarkShape::Cross | MarkShape::Plus)
+    pub(super) const fn filled(self) -> MarkShape {
+        MarkShape { filled: true, ..self }
     }
 
-    pub(super) fn is_filled(self) -> bool {
-        matches!(
-            self,
-            MarkShape::Disk | MarkShape::Square | MarkShape::Triangle | MarkShape::Diamond
-        )
+    pub(super) const fn crossed(self) -> MarkShape {
+        MarkShape { cross: true, ..self }
+    }
+
+    /// Corners for a radius; none for a circle.
+    pub(super) fn corners(self, radius: f64) -> impl ExactSizeIterator<Item = (f64, f64)> {
+        let place = move |tenths: i8| f64::from(tenths) / 10.0 * radius;
+        self.corners.iter().map(move |&(x, y)| (place(x), place(y)))
     }
 }
 
 impl CurveStyle {
-    /// Name on a page.
     pub(super) fn name(self) -> &'static str {
         match self {
             CurveStyle::Solid => "solid",

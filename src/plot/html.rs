@@ -1,7 +1,10 @@
-//! Interactive pages: the document of all kinds, a template with places in double braces, escaped texts, arrays as base64.
+//! Interactive pages: the document of all kinds, a template with places in double braces, escaped texts, arrays as base64; the page of
+//! a study or a continuation: columns of values, and how points are drawn and run.
 
-use super::target::{self, Product};
-use super::{PlotError, signature};
+use super::figure::{Axis, Curve};
+use super::signature;
+use crate::Error;
+use crate::output::Output;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
@@ -44,7 +47,6 @@ pub(super) struct Assets {
 const BASE: &str = include_str!("../../data/page/base.js");
 const AXIS: &str = include_str!("../../data/page/axis.js");
 
-/// A run, or two.
 pub(super) const RUN: Assets = Assets {
     body: include_str!("../../data/page/run.html"),
     scripts: &[
@@ -58,7 +60,6 @@ pub(super) const RUN: Assets = Assets {
     ],
 };
 
-/// The points of a study or a continuation.
 pub(super) const POINTS: Assets = Assets {
     body: include_str!("../../data/page/points.html"),
     scripts: &[BASE, AXIS, include_str!("../../data/page/points.js")],
@@ -68,16 +69,14 @@ pub(super) const POINTS: Assets = Assets {
 #[derive(Debug, Serialize)]
 pub(super) struct PageDocument<C> {
     pub(super) title: String,
-    /// The files and their size.
     pub(super) subtitle: String,
-    /// What is wrong with the file.
     pub(super) notice: Option<String>,
     #[serde(flatten)]
     pub(super) content: C,
 }
 
 impl<C: Serialize> PageDocument<C> {
-    pub(super) fn html(&self, assets: &Assets) -> Result<String, PlotError> {
+    pub(super) fn html(&self, assets: &Assets) -> Result<String, Error> {
         let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
         let parts = [
             ("generator", &*generator),
@@ -90,16 +89,15 @@ impl<C: Serialize> PageDocument<C> {
         Ok(filled(TEMPLATE, &parts))
     }
 
-    /// Writes the page to `path`; returns its size, bytes.
-    pub(super) fn write(&self, assets: &Assets, path: &Path) -> Result<u64, PlotError> {
+    /// Writes the page; returns its size, bytes.
+    pub(super) fn write(&self, assets: &Assets, output: &Output) -> Result<u64, Error> {
         let page = self.html(assets)?;
-        target::write(path, Product::Page, &[page.as_bytes()])?;
+        output.write(&[page.as_bytes()])?;
         Ok(page.len() as u64)
     }
 }
 
-/// A file's name without its folder.
-pub(super) fn file_name(path: &Path) -> String {
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
@@ -117,13 +115,13 @@ pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
 }
 
 /// JSON for a script element: no text can end the element, open a comment, or control a terminal.
-fn json(value: &impl Serialize) -> Result<String, PlotError> {
-    let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
+fn json(value: &impl Serialize) -> Result<String, Error> {
+    let text = serde_json::to_string(value).map_err(Error::drawing)?;
     Ok(stickslip_system::quote::in_json(&text, |c| c == '<'))
 }
 
 /// Text for an HTML or SVG element. It has no control characters, which XML forbids and terminals obey.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     stickslip_system::quote::for_terminal(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -151,4 +149,139 @@ impl FromIterator<i8> for Codes {
     fn from_iter<I: IntoIterator<Item = i8>>(values: I) -> Self {
         Codes(encoded(values.into_iter().map(i8::cast_unsigned)))
     }
+}
+
+/// Upper limit of a page's size, bytes: 20,000 points with all quantities of a brake.
+pub(super) const SIZE_LIMIT: usize = 8_000_000;
+
+/// Base64 letters of a double.
+pub(super) const LETTERS: usize = 11;
+
+/// Digits of values whose tolerance is unknown.
+pub(super) const USUAL_DIGITS: usize = 9;
+
+/// What a column is for: a parameter, which is exact; a quantity to draw; a text, which the pointer reads or only the
+/// list has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ColumnRole {
+    Axis,
+    Value,
+    Brief,
+    #[default]
+    Text,
+}
+
+/// A column: a value of each point; NaN: none.
+#[derive(Default, Serialize)]
+pub(super) struct PointColumn {
+    pub(super) role: ColumnRole,
+    pub(super) name: String,
+    pub(super) label: String,
+    pub(super) symbol: String,
+    /// UDUNITS.
+    pub(super) units: String,
+    pub(super) about: String,
+    /// Codes and their meanings, if the values are codes.
+    pub(super) words: Vec<(i64, String)>,
+    pub(super) logarithmic: bool,
+    /// Significant digits; `None`: exact.
+    pub(super) digits: Option<usize>,
+    /// Value of each point, or the lower one of two.
+    pub(super) low: Doubles,
+    pub(super) high: Option<Doubles>,
+    pub(super) imaginary: Option<Doubles>,
+}
+
+impl PointColumn {
+    pub(super) fn new(role: ColumnRole, name: &str, axis: Axis, about: &str, low: Doubles) -> PointColumn {
+        PointColumn {
+            role,
+            name: name.to_owned(),
+            label: axis.name,
+            symbol: axis.symbol,
+            units: axis.unit,
+            about: about.to_owned(),
+            digits: (role != ColumnRole::Axis).then_some(USUAL_DIGITS),
+            low,
+            ..PointColumn::default()
+        }
+    }
+}
+
+/// A line through points, piece by piece. `once`: of two values of a point only the lower one is drawn.
+#[derive(Serialize)]
+pub(super) struct PointLine {
+    pub(super) label: String,
+    pub(super) color: String,
+    pub(super) style: &'static str,
+    pub(super) pieces: Vec<Vec<usize>>,
+    pub(super) once: bool,
+}
+
+/// The mark of a kind of special point. `path`: outline in SVG's syntax, within some 6 pixels around (0, 0).
+#[derive(Serialize)]
+pub(super) struct PointMark {
+    pub(super) name: &'static str,
+    pub(super) colour: String,
+    pub(super) path: String,
+    pub(super) filled: bool,
+}
+
+/// Curves and words in the plane of two columns, `x` and `y` by name.
+#[derive(Serialize)]
+pub(super) struct Overlay {
+    pub(super) x: String,
+    pub(super) y: String,
+    pub(super) curves: Vec<Curve>,
+    pub(super) labels: Vec<((f64, f64), String)>,
+}
+
+/// A column, and some of its codes.
+type ColumnCodes = (usize, Vec<usize>);
+
+/// A command that computes points. After `start`, each option with its argument, in which {3} stands for the value in
+/// column 3, {point} and {group} for the numbers of point and group; with a column and codes, the option is for these.
+#[derive(Serialize)]
+pub(super) struct PointCommand {
+    pub(super) start: String,
+    pub(super) options: Vec<(String, Option<ColumnCodes>)>,
+    pub(super) hint: &'static str,
+}
+
+#[derive(Default, Serialize)]
+pub(super) struct PointsContent<'a> {
+    pub(super) count: usize,
+    pub(super) columns: Vec<PointColumn>,
+    /// Columns shown first: x, y, and colour.
+    pub(super) first: [Option<usize>; 3],
+    pub(super) grid: bool,
+    pub(super) scale: Vec<String>,
+    /// Codes of the points: 0 complete, 1 failed, 2 missing. `None`: all are complete.
+    pub(super) status: Option<Codes>,
+    pub(super) failures: &'a [(u64, String)],
+    pub(super) lines: Vec<PointLine>,
+    /// A column, and the marks of its codes.
+    pub(super) marks: Option<(usize, Vec<PointMark>)>,
+    /// Number of the first point of each group.
+    pub(super) groups: Vec<usize>,
+    pub(super) overlays: Vec<Overlay>,
+    pub(super) commands: Vec<PointCommand>,
+    /// Command of each point; -1: none. `None`: the first.
+    pub(super) which: Option<Codes>,
+    pub(super) hint: &'static str,
+}
+
+/// Size of the written page of a study or a continuation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct PointsPage {
+    /// Number of points.
+    pub points: usize,
+    /// Number of branches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branches: Option<usize>,
+    /// Number of quantities per point.
+    pub quantities: usize,
+    /// Size, bytes.
+    pub bytes: u64,
 }

@@ -1,17 +1,17 @@
 //! Figures with channels that the user chooses, over time or against each other.
 
-use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
 use super::run::{DrawnRun, Undersampled};
 use super::style::{BLACK, line_color, of_mode};
+use crate::Error;
 use stickslip_system::model::Mode;
 
 /// A time window, s, limited to the first run.
 ///
 /// # Errors
 /// The window contains no sample of the first run.
-pub fn window(runs: &[DrawnRun], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), PlotError> {
+pub fn window(runs: &[DrawnRun], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), Error> {
     let Some(run) = runs.first() else {
         return Ok((0.0, 0.0));
     };
@@ -33,7 +33,7 @@ pub(crate) fn over_time(
     title: &str,
     panels: &[&[&str]],
     window: (f64, f64),
-) -> Result<Figure, PlotError> {
+) -> Result<Figure, Error> {
     let mut drawn = Vec::with_capacity(panels.len());
     let mut first_color = 0;
     let undersampled = undersampled(runs, window)?;
@@ -80,7 +80,7 @@ pub(crate) fn over_time(
     Ok(Figure::new(name, with_gaps(title, &undersampled), drawn))
 }
 
-fn undersampled(runs: &[DrawnRun], window: (f64, f64)) -> Result<Vec<Undersampled>, PlotError> {
+fn undersampled(runs: &[DrawnRun], window: (f64, f64)) -> Result<Vec<Undersampled>, Error> {
     runs.iter().map(|run| run.undersampled(window)).collect()
 }
 
@@ -121,7 +121,7 @@ fn with_gaps(title: &str, undersampled: &[Undersampled]) -> String {
 ///
 /// # Errors
 /// A channel is unknown, the window contains no sample, or a file is unreadable.
-pub fn channels(runs: &[DrawnRun], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
+pub fn channels(runs: &[DrawnRun], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, Error> {
     let mut panels: Vec<(String, Vec<&str>)> = Vec::new();
     for &channel in channels {
         let Some(run) = runs.first() else { break };
@@ -148,7 +148,7 @@ pub fn phase(
     title: &str,
     (x, y): (&str, &str),
     window: (f64, f64),
-) -> Result<Figure, PlotError> {
+) -> Result<Figure, Error> {
     let mut curves = Vec::new();
     for (number, run) in runs.iter().enumerate() {
         for (mode, pieces) in run.portrait(x, y, window)? {

@@ -1,15 +1,12 @@
-//! Phase portraits in windows that follow from events.
+//! Phase portraits in windows that follow from events, and the amplitudes of spirals.
 
-use super::entry::{CatalogueEntry, Drawn, NO_CYCLE, PORTRAIT, Subject, entry, too_sparse};
-use super::error::PlotError;
+use super::entry::{CatalogueEntry, Drawn, FigureForm, PORTRAIT, Subject, entry, too_sparse};
 use super::own::phase;
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
-use super::spiral::{Turns, factor_per_turn};
+use crate::Error;
 use stickslip_analysis::analysis::stability::Modes;
 use stickslip_system::model::system::{End, System, Train};
 
-/// Number of turns of the fast motion that are shown before the first stick.
-const TURNS: f64 = 24.0;
 /// Number of turns of the slow swing that are shown of the last stick.
 const SWINGS: f64 = 20.0;
 
@@ -17,14 +14,14 @@ const SWINGS: f64 = 20.0;
 ///
 /// # Errors
 /// The channel is unknown, the window contains no sample, or the file is unreadable.
-pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, PlotError> {
+pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Result<Vec<f64>, Error> {
     let mut turns = Turns::default();
     run.each_sample(&[channel], window, |row| turns.push(row[0]))?;
     Ok(turns.amplitudes())
 }
 
 /// A portrait of a spiral. The title of a single run says whether the spiral converges.
-fn spiral(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
+pub(super) fn spiral(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
     let factor = match subject.runs {
         [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
         _ => None,
@@ -35,28 +32,6 @@ fn spiral(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), window:
         None => entry.title.to_owned(),
     };
     Ok(phase(subject.runs, entry.name, &title, axes, window)?)
-}
-
-pub(super) fn after_corner(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), period: f64) -> Drawn {
-    let corner = subject.last_corner()?;
-    let window = (corner, corner + 6.0 * subject.axial_period);
-    spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
-}
-
-pub(super) fn before_onset(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
-    let (onset, period) = (subject.first_stick()?, subject.period);
-    let window = (onset - TURNS * period, onset);
-    spiral(entry, subject, axes, subject.resolved(Ok((window, period)))?)
-}
-
-/// Portrait from the first stick to the last, with an orbit for each cycle instead of a spiral.
-pub(super) fn during(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
-    let (onset, end) = (subject.first_stick()?, subject.end());
-    if end <= onset {
-        return Err(NO_CYCLE.into());
-    }
-    let window = subject.resolved(Ok(((onset, end), subject.period)))?;
-    Ok(phase(subject.runs, entry.name, entry.title, axes, window)?)
 }
 
 /// Portrait of at least two turns of the last stick, as long as the samples resolve the rotor's swing on both
@@ -76,7 +51,11 @@ pub(super) fn final_stick(entry: &CatalogueEntry, subject: &Subject, axes: (&str
 }
 
 /// Figures of a motion that does not stop.
-pub const ENTRIES: &[CatalogueEntry] = &[entry(PORTRAIT, "Relative velocity over position", portrait)];
+pub const ENTRIES: &[CatalogueEntry] = &[entry(
+    PORTRAIT,
+    "Relative velocity over position",
+    FigureForm::Own(portrait),
+)];
 
 /// A bounded position of a surface relative to the far end of its train. It is the stator's if the stator has shafts.
 fn position(trains: &System) -> &'static str {
@@ -114,7 +93,7 @@ pub(super) struct ShownPortrait {
 
 const MANY: usize = 60;
 
-pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+pub(super) fn few_samples(run: &DrawnRun, window: (f64, f64)) -> Result<Option<String>, Error> {
     let samples = run.rows_in(window)?.len();
     let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
     Ok((samples < MANY).then(few))
@@ -130,4 +109,53 @@ pub(super) fn shown(run: &DrawnRun) -> ShownPortrait {
         window: (period.map_or(first, begin), last),
         periodic: period.is_some(),
     }
+}
+
+/// Amplitudes of an oscillation, from its samples in order. A turn lasts from one maximum to the next. Its amplitude
+/// is half of the distance between the mean of the maxima and the minimum between them.
+#[derive(Debug, Clone, Default)]
+pub struct Turns {
+    previous: Option<f64>,
+    rising: bool,
+    top: Option<f64>,
+    bottom: f64,
+    amplitudes: Vec<f64>,
+}
+
+/// Turns smaller than this, relative to the largest, are rounding.
+const NOISE: f64 = 1e-9;
+
+impl Turns {
+    /// Adds a sample.
+    pub fn push(&mut self, value: f64) {
+        let Some(previous) = self.previous.replace(value) else {
+            self.bottom = value;
+            return;
+        };
+        if self.rising && value < previous {
+            // The previous sample was a maximum.
+            if let Some(top) = self.top {
+                self.amplitudes.push((0.5 * (top + previous) - self.bottom) / 2.0);
+            }
+            self.top = Some(previous);
+            self.bottom = value;
+        }
+        if value != previous {
+            self.rising = value > previous;
+        }
+        self.bottom = self.bottom.min(value);
+    }
+
+    /// Amplitudes of all complete turns, in the unit of the samples.
+    pub fn amplitudes(&self) -> Vec<f64> {
+        let largest = self.amplitudes.iter().copied().fold(0.0, f64::max);
+        let heard = |a: &f64| *a > NOISE * largest;
+        self.amplitudes.iter().copied().filter(heard).collect()
+    }
+}
+
+/// Geometric mean of the ratios of successive amplitudes. The spiral diverges above 1. `None` below two turns.
+pub fn factor_per_turn(amplitudes: &[f64]) -> Option<f64> {
+    let (first, last) = (amplitudes.first()?, amplitudes.last()?);
+    (amplitudes.len() > 1).then(|| (last / first).powf(1.0 / (amplitudes.len() - 1) as f64))
 }

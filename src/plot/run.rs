@@ -1,10 +1,9 @@
-//! A result file as data for figures: columns thinned block by block, events, and stretches of modes.
+//! A result file as data for figures: columns thinned block by block, events with the states on both sides, and stretches of modes.
 
-use super::decimate::{DecimatedPortrait, MinMax};
-use super::error::{PlotError, hint};
 use super::figure::Axis;
 use super::labels;
-use super::sides::Sides;
+use super::thinning::{DecimatedPortrait, MinMax};
+use crate::error::{Error, ErrorKind};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -12,11 +11,12 @@ use std::path::Path;
 use std::rc::Rc;
 use stickslip_analysis::provenance;
 use stickslip_case::{Case, CaseSource};
+use stickslip_compare::reference::states_at_events;
 use stickslip_engine::simulation::{Course, further, is_short};
-use stickslip_files::{AddedGroup, DenseOutput, EventSide, ResultFile, Status, schema};
+use stickslip_files::{AddedGroup, DenseOutput, EventSide, ResultError, ResultFile, Status, schema};
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::{Pressing, System};
-use stickslip_system::record::{Cycle, CycleStatistics, Event, EventKind, State};
+use stickslip_system::record::{Channels, Cycle, CycleStatistics, Event, EventKind, State};
 
 /// Number of rows read at once. All columns of a figure then take a few megabytes.
 const BLOCK: usize = 65_536;
@@ -45,19 +45,73 @@ pub(super) fn widest_gap(period: f64) -> f64 {
 
 const POINTS_OF_PIECE: usize = 16;
 
-/// Times (s) at which a dense output is drawn in a window: its ends and, in each piece, at least 16 points with a
-/// density of `count` per window.
-pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), count: f64) -> Vec<f64> {
-    let mut times = vec![from];
-    for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
-        let (start, end) = (start.max(from), end.min(to));
-        let count = (count * (end - start) / (to - from)).ceil().max(POINTS_OF_PIECE as f64) as usize;
-        let inside = (0..count).map(|k| start + (end - start) * (k as f64 + 0.5) / count as f64);
-        times.extend(inside.filter(|t| *t > from && *t < to));
+/// The trajectory of a file in rows: samples, or points of its dense output.
+#[derive(Debug)]
+pub(super) struct RunRows<'f> {
+    file: &'f ResultFile,
+    dense: Option<(DenseOutput<'f>, Vec<f64>)>,
+    rows: Range<usize>,
+}
+
+impl<'f> RunRows<'f> {
+    pub(super) fn of_samples(file: &'f ResultFile, rows: Range<usize>) -> RunRows<'f> {
+        let dense = None;
+        RunRows { file, dense, rows }
     }
-    times.push(to);
-    times.dedup();
-    times
+
+    /// Points of a window (s): its ends and, in each piece, at least 16 points with a density of `count` per window.
+    pub(super) fn of_dense(
+        file: &'f ResultFile,
+        dense: DenseOutput<'f>,
+        (from, to): (f64, f64),
+        count: f64,
+    ) -> RunRows<'f> {
+        let mut times = vec![from];
+        for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
+            let (start, end) = (start.max(from), end.min(to));
+            let count = (count * (end - start) / (to - from)).ceil().max(POINTS_OF_PIECE as f64) as usize;
+            let inside = (0..count).map(|k| start + (end - start) * (k as f64 + 0.5) / count as f64);
+            times.extend(inside.filter(|t| *t > from && *t < to));
+        }
+        times.push(to);
+        times.dedup();
+        RunRows {
+            file,
+            rows: 0..times.len(),
+            dense: Some((dense, times)),
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub(super) fn is_dense(&self) -> bool {
+        self.dense.is_some()
+    }
+
+    pub(super) fn blocks(&self, size: usize) -> impl Iterator<Item = Range<usize>> + use<> {
+        let rows = self.len();
+        (0..rows).step_by(size).map(move |start| start..rows.min(start + size))
+    }
+
+    pub(super) fn column(&self, name: &str, rows: Range<usize>) -> Result<Vec<f64>, ResultError> {
+        match &self.dense {
+            Some((dense, times)) => dense.column(name, &times[rows], EventSide::After),
+            None => self
+                .file
+                .column(name, self.rows.start + rows.start..self.rows.start + rows.end),
+        }
+    }
+
+    pub(super) fn first_row(&self, t: f64) -> Result<usize, ResultError> {
+        match &self.dense {
+            Some((_, times)) => Ok(times.partition_point(|time| *time < t)),
+            None => self
+                .file
+                .first_row(schema::group::TRAJECTORY, "time", self.rows.clone(), |time| time >= t),
+        }
+    }
 }
 
 type RunPoints = Vec<(f64, f64)>;
@@ -114,13 +168,19 @@ impl Undersampled {
     }
 }
 
-pub(super) fn samples(file: &ResultFile) -> Result<usize, PlotError> {
+pub(super) fn samples(file: &ResultFile) -> Result<usize, Error> {
     let samples = file.sample_count()?;
     if samples == 0 {
-        return Err(PlotError::NoSamples {
-            path: file.path().to_owned(),
-            interrupted: *file.status() != Status::Complete,
-        });
+        let path = file.path();
+        let ended = match file.status() {
+            Status::Complete => "",
+            _ => ", as the run was ended before the first block was saved",
+        };
+        let (why, shown) = ("has no trajectory: there is not one sample in it", path.display());
+        return Err(Error::of_file(
+            path,
+            format!("{why}{ended}; repeat the run (`stickslip run {shown}`)"),
+        ));
     }
     file.check_times()?;
     Ok(samples)
@@ -136,11 +196,10 @@ impl DrawnRun {
     ///
     /// # Errors
     /// The file is no result file, damaged, in use, or without samples.
-    pub fn open(path: &Path) -> Result<DrawnRun, PlotError> {
+    pub fn open(path: &Path) -> Result<DrawnRun, Error> {
         let file = ResultFile::open(path)?;
         let rows = samples(&file)?;
-        let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
-        let times = (first(0)?, first(rows - 1)?);
+        let times = file.span()?.unwrap_or_default();
         let events = file.events()?;
         let case = Case::read(&CaseSource::result(path, file.resolved()?), &[])?;
         let system = case.system.clone();
@@ -188,7 +247,6 @@ impl DrawnRun {
         is_short(&self.system)
     }
 
-    /// Whether a signal acts in addition to the force F(t) of an axial mode.
     pub(super) fn has_drive(&self) -> bool {
         !self.has_axial_mode() || !self.system.drives().is_empty()
     }
@@ -202,7 +260,7 @@ impl DrawnRun {
         self.file.status()
     }
 
-    pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, PlotError> {
+    pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, Error> {
         Ok(self.file.added_group(schema::group::CERTIFICATE, usize::MAX)?)
     }
 
@@ -223,7 +281,7 @@ impl DrawnRun {
     }
 
     /// The window. Its start is later if it has more than `most` points: one for each sample, two for each event.
-    pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), PlotError> {
+    pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), Error> {
         let rows = self.rows_in((from, to))?;
         let mut start = rows.end.saturating_sub(most).max(rows.start);
         loop {
@@ -238,20 +296,18 @@ impl DrawnRun {
     }
 
     /// The axis of a variable of /trajectory. The error for an unknown variable lists the known ones.
-    pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
-        let names = || self.variables.iter().map(|variable| variable.name.as_str());
+    pub fn axis(&self, channel: &str) -> Result<Axis, Error> {
         let variable = self.variables.iter().find(|variable| variable.name == channel);
         let axis = variable.map(|variable| labels::of_variable(variable, self.case.motion(), self.is_short()));
-        axis.ok_or_else(|| PlotError::UnknownChannel {
-            path: self.path().to_owned(),
-            name: channel.to_owned(),
-            hint: hint(channel, names()),
-            known: names().collect::<Vec<_>>().join(", "),
+        axis.ok_or_else(|| {
+            let known: Vec<&str> = self.variables.iter().map(|variable| variable.name.as_str()).collect();
+            let what = format!("{}: /trajectory has no variable", self.path().display());
+            Error::unknown(what, channel, &known, " (`stickslip inspect` says what each is)")
         })
     }
 
     /// The rows in a time window, including both ends. A window without rows is an error.
-    pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
+    pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, Error> {
         let (table, rows, (first, last)) = (schema::group::TRAJECTORY, 0..self.rows, self.times);
         let start = self.file.first_row(table, "time", rows.clone(), |time| time >= from)?;
         let end = match to >= last {
@@ -261,13 +317,10 @@ impl DrawnRun {
         if start < end {
             return Ok(start..end);
         }
-        let path = self.path().to_owned();
-        Err(PlotError::NothingInRange {
-            path,
-            from,
-            to,
-            first,
-            last,
+        let why = format!("no samples from {from} to {to} s; they reach from {first} to {last} s");
+        Err(Error {
+            kind: ErrorKind::NothingInRange,
+            ..Error::of_file(self.path(), why)
         })
     }
 
@@ -277,21 +330,14 @@ impl DrawnRun {
         first < last && self.dense.is_some_and(|span| span.0 <= first && last <= span.1)
     }
 
-    fn dense_times(&self, (from, to): (f64, f64)) -> Result<Vec<f64>, PlotError> {
-        let window = (from.max(self.times.0), to.min(self.times.1));
-        let times = |dense: DenseOutput| dense_points(&dense, window, 4.0 * BUCKETS as f64);
-        Ok(self.file.dense()?.map_or_else(|| vec![window.0], times))
-    }
-
-    fn dense_columns(&self, channels: &[&str], times: &[f64]) -> Result<Vec<Vec<f64>>, PlotError> {
-        let dense = self.file.dense()?;
-        let column = |channel: &&str| -> Result<Vec<f64>, PlotError> {
-            Ok(match &dense {
-                Some(dense) => dense.column(channel, times, EventSide::After)?,
-                None => vec![f64::NAN; times.len()],
-            })
-        };
-        channels.iter().map(column).collect()
+    fn drawn_rows(&self, window: (f64, f64)) -> Result<RunRows<'_>, Error> {
+        if self.is_dense(window) {
+            let window = (window.0.max(self.times.0), window.1.min(self.times.1));
+            if let Some(dense) = self.file.dense()? {
+                return Ok(RunRows::of_dense(&self.file, dense, window, 4.0 * BUCKETS as f64));
+            }
+        }
+        Ok(RunRows::of_samples(&self.file, self.rows_in(window)?))
     }
 
     pub(crate) fn each_sample(
@@ -299,36 +345,27 @@ impl DrawnRun {
         channels: &[&str],
         window: (f64, f64),
         mut take: impl FnMut(&[f64]),
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Error> {
         for channel in channels {
             self.axis(channel)?;
         }
         let mut row = vec![0.0; channels.len()];
-        let mut each_row = |columns: &[Vec<f64>]| {
-            for k in 0..columns.first().map_or(0, Vec::len) {
-                for (value, column) in row.iter_mut().zip(columns) {
+        let rows = self.drawn_rows(window)?;
+        for block in rows.blocks(BLOCK) {
+            let columns = channels.iter().map(|channel| rows.column(channel, block.clone()));
+            let columns = columns.collect::<Result<Vec<_>, _>>()?;
+            for k in 0..block.len() {
+                for (value, column) in row.iter_mut().zip(&columns) {
                     *value = column[k];
                 }
                 take(&row);
             }
-        };
-        if self.is_dense(window) {
-            for block in self.dense_times(window)?.chunks(BLOCK) {
-                each_row(&self.dense_columns(channels, block)?);
-            }
-            return Ok(());
-        }
-        let rows = self.rows_in(window)?;
-        for start in rows.clone().step_by(BLOCK) {
-            let block = start..rows.end.min(start + BLOCK);
-            let columns = channels.iter().map(|channel| self.file.column(channel, block.clone()));
-            each_row(&columns.collect::<Result<Vec<_>, _>>()?);
         }
         Ok(())
     }
 
     /// A channel on both sides of every event, from the file or the equations; `None` if it depends on the history.
-    pub(super) fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
+    pub(super) fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, Error> {
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
         }
@@ -365,7 +402,7 @@ impl DrawnRun {
 
     /// Undersampled stretches in a window: between contact events, and the growth before the first one. A stretch is
     /// undersampled if a gap between samples exceeds 1/12 of the natural period or, without one, of the stretch.
-    pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
+    pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, Error> {
         if self.is_dense(window) {
             return Ok(Undersampled::default());
         }
@@ -401,21 +438,20 @@ impl DrawnRun {
             |(from, to): (f64, f64)| widest_gap(period.map_or(to - from, |one| one.max((to - from) / LONGEST_FAST)));
         // Widest gap of each stretch.
         let mut gaps = vec![0.0f64; all];
-        let mut next = 0;
-        let mut before = window.0;
+        let (mut next, mut before) = (0, window.0);
         let mut pass = |t: f64| {
-            while next < all && stretches[next].1 <= t {
-                gaps[next] = gaps[next].max(stretches[next].1 - before.max(stretches[next].0));
+            while let Some(&(from, to)) = stretches.get(next).filter(|stretch| stretch.0 < t) {
+                gaps[next] = gaps[next].max(t.min(to) - before.max(from));
+                if t < to {
+                    break;
+                }
                 next += 1;
-            }
-            if next < all && t > stretches[next].0 {
-                gaps[next] = gaps[next].max(t - before.max(stretches[next].0));
             }
             before = t;
         };
         match self.each_sample(&["time"], window, |row| pass(row[0])) {
-            Ok(()) | Err(PlotError::NothingInRange { .. }) => {}
-            Err(error) => return Err(error),
+            Err(error) if error.kind != ErrorKind::NothingInRange => return Err(error),
+            _ => {}
         }
         pass(window.1);
         let short = stretches.into_iter().zip(gaps);
@@ -430,7 +466,7 @@ impl DrawnRun {
     ///
     /// # Errors
     /// A channel is unknown, the window contains no sample, or the file is unreadable.
-    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<RunPoints>, PlotError> {
+    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<RunPoints>, Error> {
         let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
         let new: Vec<&str> = channels
             .iter()
@@ -477,7 +513,7 @@ impl DrawnRun {
         window: (f64, f64),
         mut events: Range<usize>,
         mut take: impl FnMut(RunMoment),
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Error> {
         self.each_sample(channels, window, |row| {
             while !events.is_empty() && self.events[events.start].time <= row[0] {
                 take(RunMoment::Event(events.start));
@@ -495,7 +531,7 @@ impl DrawnRun {
         (x, y): (&str, &str),
         window: (f64, f64),
         mut take: impl FnMut(usize, f64, f64),
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Error> {
         let sides = self.at_events(x)?.zip(self.at_events(y)?);
         let inside = self.events_in((window.0.next_up(), window.1));
         let before = self.events[..inside.start].last().map(|event| event.mode_after);
@@ -522,7 +558,7 @@ impl DrawnRun {
     }
 
     /// One channel over another in a time window, thinned: the lines of each mode that occurs.
-    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<RunPoints>)>, PlotError> {
+    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<RunPoints>)>, Error> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut x_range, mut y_range) = (empty, empty);
         self.each_state((x, y), window, |_, x, y| {
@@ -555,26 +591,22 @@ impl DrawnRun {
     }
 
     /// Values of two channels at the first sample of a window.
-    pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
-        if self.is_dense(window) {
-            let first = self.dense_columns(&[x, y], &[window.0.max(self.times.0)])?;
-            return Ok((first[0][0], first[1][0]));
-        }
-        let row = self.rows_in(window)?.start;
-        let value = |channel: &str| -> Result<f64, PlotError> {
+    pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), Error> {
+        let rows = self.drawn_rows(window)?;
+        let value = |channel: &str| -> Result<f64, Error> {
             self.axis(channel)?;
-            Ok(self.file.column(channel, row..row + 1)?[0])
+            Ok(rows.column(channel, 0..1)?[0])
         };
         Ok((value(x)?, value(y)?))
     }
 
     /// The end (s) of the part of a window, from its first sample on, without gaps wider than `gap` (s).
-    pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
+    pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, Error> {
         if self.is_dense(window) {
             return Ok(Some(window.1.min(self.times.1)));
         }
         match self.rows_in(window) {
-            Err(PlotError::NothingInRange { .. }) => return Ok(None),
+            Err(error) if error.kind == ErrorKind::NothingInRange => return Ok(None),
             other => other?,
         };
         let (mut last, mut open) = (window.0, true);
@@ -631,5 +663,49 @@ impl DrawnRun {
             .filter(|(k, e)| e.time >= from && e.time <= to && (!is_stability(e) || Some(*k) == first))
             .map(|(_, e)| (e.time, e.kind))
             .collect()
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Sides {
+    pub(super) before: Vec<f64>,
+    pub(super) after: Vec<f64>,
+}
+
+impl Sides {
+    pub(super) fn of_file(file: &ResultFile, channel: &str) -> Result<Sides, Error> {
+        Ok(Sides {
+            before: file.event_column(&format!("{channel}_before"))?,
+            after: file.event_column(&format!("{channel}_after"))?,
+        })
+    }
+
+    /// A force, a torque, an energy or the mode from the equations, if the state determines it. `first`: initial
+    /// mode.
+    pub(super) fn of(
+        course: &Course,
+        file: &ResultFile,
+        events: &[Event],
+        first: Option<Mode>,
+        channel: &str,
+    ) -> Result<Option<Sides>, Error> {
+        let mut channels = Channels::CHANNELS.iter();
+        let of_state = channels.position(|known| known.name == channel && !known.has_history);
+        if of_state.is_none() && channel != "mode" {
+            return Ok(None);
+        }
+        let states = states_at_events(file, course, events)?;
+        let value = |t: f64, mode: Mode, y: &[f64]| match of_state {
+            Some(place) => course.channels(mode, t, y).values()[place],
+            None => f64::from(mode as u8),
+        };
+        let (mut before, mut after) = (Vec::with_capacity(events.len()), Vec::with_capacity(events.len()));
+        let mut mode = first.unwrap_or(Mode::SlipForward);
+        for (event, (y_before, y_after)) in events.iter().zip(&states) {
+            before.push(value(event.time.next_down().max(0.0), mode, y_before));
+            mode = event.mode_after;
+            after.push(value(event.time, mode, y_after));
+        }
+        Ok(Some(Sides { before, after }))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{NumberFormat, Page, PageTable, Report, fixed};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use stickslip_analysis::analysis::headline::or_none;
 use stickslip_analysis::analysis::work_precision::{Measurement, MethodErrors, PrecisionStudy, StudyResult};
 use stickslip_system::quote::bound;
@@ -30,11 +30,11 @@ struct ReferenceSummary<'a> {
 }
 
 impl<'a> PrecisionReport<'a> {
-    pub fn new(study: &'a PrecisionStudy, result: &'a StudyResult, file: &Path, figures: &[PathBuf]) -> Self {
+    pub fn new(study: &'a PrecisionStudy, result: &'a StudyResult, file: &Path, figures: Vec<String>) -> Self {
         PrecisionReport {
             status: if result.interrupted { "interrupted" } else { "complete" },
             file: file.display().to_string(),
-            figures: figures.iter().map(|path| path.display().to_string()).collect(),
+            figures,
             title: &study.head.title,
             case: study.head.base.label(),
             reference: ReferenceSummary {

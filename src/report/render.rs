@@ -1,7 +1,7 @@
 //! Pages as text for a terminal, as Markdown and as HTML.
 
 use super::{Page, PagePart, PageTable};
-use crate::plot::html::styled;
+use crate::plot::html::{escaped, styled};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// Width of the narrowest terminal for which tables are wrapped.
@@ -116,13 +116,13 @@ fn plain(text: &str) -> String {
 pub(crate) fn html(pages: &[Page], mark: &str) -> String {
     let mut body = String::new();
     for page in pages {
-        body += &format!("<h1>{}</h1>\n", safe(&page.title));
+        body += &format!("<h1>{}</h1>\n", escaped(&page.title));
         if !page.verdict.is_empty() {
-            body += &format!("<p class=\"verdict\">{}</p>\n", safe(&page.verdict));
+            body += &format!("<p class=\"verdict\">{}</p>\n", escaped(&page.verdict));
         }
         body.extend(page.parts.iter().map(html_part));
     }
-    let title = pages.first().map_or_else(String::new, |page| safe(&page.title));
+    let title = pages.first().map_or_else(String::new, |page| escaped(&page.title));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"generator\" content=\"{mark}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>\n{}\
@@ -133,9 +133,9 @@ pub(crate) fn html(pages: &[Page], mark: &str) -> String {
 
 fn html_part(part: &PagePart) -> String {
     match part {
-        PagePart::Text(paragraph) => format!("<p>{}</p>\n", safe(paragraph)),
+        PagePart::Text(paragraph) => format!("<p>{}</p>\n", escaped(paragraph)),
         PagePart::List(items) => {
-            let items = items.iter().map(|item| format!("<li>{}</li>\n", safe(item)));
+            let items = items.iter().map(|item| format!("<li>{}</li>\n", escaped(item)));
             format!("<ul>\n{}</ul>\n", items.collect::<String>())
         }
         PagePart::Table(table) => html_table(table),
@@ -151,13 +151,13 @@ fn html_part(part: &PagePart) -> String {
 fn html_table(table: &PageTable) -> String {
     let mut text = String::new();
     if !table.title.is_empty() {
-        text += &format!("<h2>{}</h2>\n", safe(&table.title));
+        text += &format!("<h2>{}</h2>\n", escaped(&table.title));
     }
     let numbers = || table.columns.iter().map(|column| column.number);
     let line = |tag: &str, cells: &mut dyn Iterator<Item = &String>| {
         let cells = cells.zip(numbers()).map(|(cell, number)| {
             let class = if number { " class=\"number\"" } else { "" };
-            format!("<{tag}{class}>{}</{tag}>", safe(cell))
+            format!("<{tag}{class}>{}</{tag}>", escaped(cell))
         });
         format!("<tr>{}</tr>\n", cells.collect::<String>())
     };
@@ -165,12 +165,4 @@ fn html_table(table: &PageTable) -> String {
     text += &format!("<div class=\"scroll\">\n<table>\n<thead>\n{header}</thead>\n<tbody>\n");
     text.extend(table.rows.iter().map(|row| line("td", &mut row.iter())));
     text + "</tbody>\n</table>\n</div>\n"
-}
-
-fn safe(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
-        .replace('\'', "&#39;")
 }

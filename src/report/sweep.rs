@@ -1,8 +1,8 @@
 //! Report of a sweep: its points, failures and boundaries, and how quantities of a sample are distributed.
 
 use super::{NumberFormat, Page, PageTable, Report, exponent, fixed};
-use crate::plot::PlotError;
-use crate::plot::studies::{self, Choice, StudyQuantity};
+use crate::Error;
+use crate::plot::studies::{self, Choice, StudyColumn};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
@@ -138,7 +138,7 @@ impl<'a> SweepSummary<'a> {
         if !matches!(self.study.design, Design::Rows(_)) || self.shard.is_some() {
             return Page::default();
         }
-        let file = StudyFile::open_sweep(&self.report.file).map_err(PlotError::from);
+        let file = StudyFile::open_sweep(&self.report.file).map_err(Error::from);
         let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
         found.unwrap_or_default().iter().fold(Page::default(), distribution)
     }
@@ -213,7 +213,7 @@ pub(crate) struct DistributionSummary<'a> {
 }
 
 impl<'a> DistributionSummary<'a> {
-    pub fn new((quantity, found): &'a (StudyQuantity, Distribution)) -> Self {
+    pub fn new((quantity, found): &'a (StudyColumn, Distribution)) -> Self {
         let percentiles = PERCENTILES.iter().zip(found.percentiles);
         DistributionSummary {
             bars: &found.bars,
@@ -235,7 +235,7 @@ impl<'a> DistributionSummary<'a> {
 const BAR: usize = 40;
 
 /// Adds how a quantity is distributed: percentiles and a histogram.
-pub(crate) fn distribution(page: Page, (quantity, found): &(StudyQuantity, Distribution)) -> Page {
+pub(crate) fn distribution(page: Page, (quantity, found): &(StudyColumn, Distribution)) -> Page {
     let unit = match &*quantity.units {
         "1" => String::new(),
         units => format!(" ({units})"),

@@ -3,8 +3,8 @@
 mod lines {
     use stickslip::continuation::{Branch, BranchPoint, EndReason, Special};
     use stickslip::cycle::CycleStability;
-    use stickslip::plot::branches::lines::{joined, links, pieces};
     use stickslip::plot::branches::quantity::Value;
+    use stickslip::plot::branches::{joined, links, pieces};
 
     fn branch(points: &[(CycleStability, Option<Special>)]) -> Branch {
         let point = |(k, &(stability, special)): (usize, &(CycleStability, Option<Special>))| BranchPoint {
@@ -91,7 +91,7 @@ mod lines {
 
 mod marks {
     use stickslip::continuation::Special;
-    use stickslip::plot::branches::marks::mark;
+    use stickslip::plot::branches::mark;
 
     #[test]
     fn property_marks_differ_in_shape_and_name() {
@@ -106,7 +106,7 @@ mod marks {
 
 mod colors {
     use plotters::style::RGBColor;
-    use stickslip::plot::colors::{LIGHTNESS, at, of_code};
+    use stickslip::plot::style::{LIGHTNESS, shade, shade_of_code};
 
     /// L* of a colour, from its luminance (ITU-R BT.709): its brightness in a grey print and for colour-blind eyes.
     fn lightness(RGBColor(r, g, b): RGBColor) -> f64 {
@@ -124,22 +124,22 @@ mod colors {
     fn analytic_the_scale_is_even_in_grey() {
         let step = (LIGHTNESS.1 - LIGHTNESS.0) / 63.0;
         for k in 0..64 {
-            let own = lightness(at(f64::from(k) / 63.0));
+            let own = lightness(shade(f64::from(k) / 63.0));
             assert!((own - (LIGHTNESS.0 + step * f64::from(k))).abs() < 0.5, "{k}: {own}");
         }
     }
 
     #[test]
     fn analytic_ends_and_beyond() {
-        assert_eq!(at(-1.0), at(0.0));
-        assert_eq!(at(f64::NAN), at(0.0));
-        assert_eq!(at(7.0), at(1.0));
-        assert_eq!(of_code(0, 1), at(0.0));
+        assert_eq!(shade(-1.0), shade(0.0));
+        assert_eq!(shade(f64::NAN), shade(0.0));
+        assert_eq!(shade(7.0), shade(1.0));
+        assert_eq!(shade_of_code(0, 1), shade(0.0));
     }
 }
 
 mod font {
-    use stickslip::plot::font::{face, text_width, wrapped_title};
+    use stickslip::plot::text::{face, text_width, wrapped_title};
 
     /// DejaVu Sans: "0" is 1303 of 2048 units wide, and so is every digit.
     #[test]
@@ -199,7 +199,7 @@ mod labels {
 }
 
 mod plot_marks {
-    use stickslip::plot::marks::marks;
+    use stickslip::plot::labels::marks;
     use stickslip::record::EventKind;
 
     /// Two hundred changes of the mode at the end of a long run get no lines, an isolated change gets one. Of changes
@@ -274,7 +274,7 @@ mod scale {
 }
 
 mod spiral {
-    use stickslip::plot::spiral::{Turns, factor_per_turn};
+    use stickslip::plot::portraits::{Turns, factor_per_turn};
 
     /// exp(-a t) cos t loses the factor exp(-2 pi a) with each turn. With 200 samples per turn its extremes have an
     /// error of (pi/200)^2/2 = 1e-4.
@@ -319,7 +319,7 @@ mod samples {
 
 mod typeset {
     use Level::{Exponent, Index, Line};
-    use stickslip::plot::typeset::{Level, pieces, spans};
+    use stickslip::plot::text::{Level, pieces, spans};
 
     #[test]
     fn analytic_symbols_and_powers_are_set() {
@@ -353,7 +353,7 @@ mod typeset {
 }
 
 mod work_precision {
-    use stickslip::plot::work_precision::color;
+    use stickslip::plot::accuracy::color;
 
     #[test]
     fn property_methods_have_colours_of_their_own() {

@@ -5,9 +5,9 @@ use crate::common::page::{document, doubles};
 use plotters::style::RGBColor;
 use std::collections::BTreeMap;
 use std::path::Path;
-use stickslip::plot::colors;
 use stickslip::plot::figure::{Cell, ColorKey};
 use stickslip::plot::studies::{self, Choice, StudyData};
+use stickslip::plot::style;
 use stickslip::results::{ResultFile, StudyFile};
 
 /// Sticks after a stop from a low speed, which take milliseconds to compute. The two lowest frictions are invalid.
@@ -151,7 +151,11 @@ fn cli_a_map_has_the_values_of_the_file() {
                 panic!("no value")
             };
             let step = ((value - low) / (high - low) * 256.0).floor().min(255.0);
-            assert_eq!(*drawn, hex(colors::at((step + 0.5) / 256.0)), "{row} {column}: {value}");
+            assert_eq!(
+                *drawn,
+                hex(style::shade((step + 0.5) / 256.0)),
+                "{row} {column}: {value}"
+            );
         }
     }
 }

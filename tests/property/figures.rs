@@ -5,10 +5,10 @@ use proptest::prelude::*;
 use stickslip::case::builtin::TRAINS;
 use stickslip::plot::branches::Branches;
 use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
-use stickslip::plot::decimate::{DecimatedPortrait, MinMax};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::{Cell, ColorKey, Map};
 use stickslip::plot::studies::{self, Choice};
+use stickslip::plot::thinning::{DecimatedPortrait, MinMax};
 use stickslip::plot::{self, Axis, Curve, Drawing, DrawnRun, ElementForm, Figure, Panel};
 use tiny_skia::Rect;
 
@@ -226,7 +226,7 @@ fn property_work_precision_figures_are_readable() {
             measurements,
             interrupted: false,
         };
-        let figure = stickslip::plot::work_precision::figure("What the accuracy of the events costs", &result);
+        let figure = stickslip::plot::accuracy::work_precision_figure("What the accuracy of the events costs", &result);
         for width in [60.0, 85.0, 300.0] {
             assert_readable(&figure, width);
         }

@@ -8,8 +8,8 @@ use stickslip::model::system::Pressing;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, find};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::CurveStyle;
+use stickslip::plot::portraits::Turns;
 use stickslip::plot::portraits::turn_amplitudes;
-use stickslip::plot::spiral::Turns;
 use stickslip::plot::{Curve, DrawnRun, Figure, own};
 use stickslip::signal::{Ramp, Signal};
 
@@ -238,7 +238,7 @@ fn analytic_last_stick_decays_as_its_mode() {
     let natural = std::f64::consts::TAU * rotor.frequency.unwrap();
     let damped = (natural * natural - rotor.decay * rotor.decay).sqrt();
     let expected = (-std::f64::consts::TAU * rotor.decay / damped).exp();
-    let factor = stickslip::plot::spiral::factor_per_turn(&amplitudes).unwrap();
+    let factor = stickslip::plot::portraits::factor_per_turn(&amplitudes).unwrap();
     // A hundred samples per turn meet the extremes within (pi/100)^2/2, over 18 turns.
     assert!((factor - expected).abs() < 1e-4, "{factor} {expected}");
 }

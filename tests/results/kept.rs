@@ -7,7 +7,7 @@ use std::sync::Arc;
 use stickslip::SavedRun;
 use stickslip::analysis::KeptReport;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::cli::{CommandEnd, CommandError, Said, capture};
+use stickslip::cli::{CommandEnd, Said, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status};
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -129,7 +129,7 @@ fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     Ok(())
 }
 
-fn captured(arguments: &[&str]) -> (Said, Result<CommandEnd, CommandError>) {
+fn captured(arguments: &[&str]) -> (Said, Result<CommandEnd, stickslip::Error>) {
     capture(arguments.iter().map(OsString::from), Arc::default())
 }
 
@@ -143,8 +143,10 @@ fn cli_a_captured_command_gives_report_and_document() -> Outcome {
     assert!(document["natural_period"].is_number());
     let (_, wrong) = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
     let error = wrong.expect_err("a misspelt key");
-    assert!(error.is_input(), "{}", error.text());
-    assert!(error.text().contains("friction.decay"), "{}", error.text());
+    assert!(
+        error.is_input() && error.to_string().contains("friction.decay"),
+        "{error}"
+    );
     let (_, usage) = captured(&["no-such-command"]);
     assert!(usage.is_err_and(|error| error.is_input()));
     Ok(())

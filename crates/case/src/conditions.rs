@@ -362,14 +362,9 @@ fn clock(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
 
 /// Upper bound of the angular frequencies of a train, rad/s, from twice the stiffness of both shafts at a body.
 fn fastest(train: &Train) -> f64 {
-    let shaft = |index: Option<usize>| {
-        index
-            .and_then(|index| train.stiffness.get(index))
-            .copied()
-            .unwrap_or(0.0)
-    };
+    let shaft = |index: usize| train.stiffness.get(index).copied().unwrap_or(0.0);
     let of_inertia = |(index, inertia): (usize, &f64)| {
-        let stiffness = shaft(index.checked_sub(1)) + shaft(Some(index));
+        let stiffness = index.checked_sub(1).map_or(0.0, shaft) + shaft(index);
         (2.0 * stiffness / inertia).sqrt()
     };
     train.inertia.iter().enumerate().map(of_inertia).fold(0.0, f64::max)

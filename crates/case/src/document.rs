@@ -1,10 +1,10 @@
-//! The case file as a tree of values. Each value knows its place: a line of the file, or an override.
+//! The case file as a tree of values, and its problems. Each value knows its place: a line of the file, or an override.
 
 use stickslip_system::quote::{quoted, shown};
 use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
 
-use super::error::{CaseError, CaseProblem};
 use super::schema;
+use std::fmt;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,6 +75,11 @@ impl CaseValue {
         }
     }
 
+    /// Whether it is a number, or a text that may be one with a unit.
+    pub(super) fn is_single(&self) -> bool {
+        matches!(self, CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_))
+    }
+
     /// The value as TOML on one line. A date, which no key takes, becomes an empty text.
     fn toml(&self) -> String {
         let text = |text: &str| TomlValue::from(text).to_string();
@@ -109,12 +114,10 @@ impl PlacedValue {
 
     /// The node at `path`, or the closest one above it.
     pub fn closest(&self, path: &str) -> &PlacedValue {
+        let mut segments = path.split('.');
         let mut node = self;
-        for segment in path.split('.') {
-            match node.child(segment) {
-                Some(child) => node = child,
-                None => break,
-            }
+        while let Some(child) = segments.next().and_then(|segment| node.child(segment)) {
+            node = child;
         }
         node
     }
@@ -208,8 +211,8 @@ pub struct Override {
     origin: Option<TextPlace>,
 }
 
-impl std::fmt::Debug for Override {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Debug for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Override")
             .field("path", &self.path)
             .field("value", &self.value)
@@ -320,12 +323,7 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
         let here = walked.join(".");
         let of_list = schema::is_list(&here);
         // A number may replace a list with one element.
-        if of_list
-            && matches!(
-                node.value,
-                CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_)
-            )
-        {
+        if of_list && node.value.is_single() {
             node.value = CaseValue::Array(vec![node.clone()]);
         }
         // Element 0 of a missing array creates the array. The length of a chain's list follows from the chain, so
@@ -344,18 +342,15 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
             CaseValue::Array(elements) => {
                 let count = elements.len();
                 let Ok(index) = segment.parse::<usize>() else {
-                    return Err(problem(format!(
-                        "{here} is an array: its elements are numbered, as in {here}.0"
-                    )));
+                    let message = format!("{here} is an array: its elements are numbered, as in {here}.0");
+                    return Err(problem(message));
                 };
-                if of_list && index >= count {
-                    let there = schema::elements(&here, count);
+                if index > count || of_list && index == count {
+                    let there = match of_list {
+                        true => schema::elements(&here, count),
+                        false => format!("the next new element is {here}.{count}"),
+                    };
                     return Err(problem(format!("there is no {here}.{index}: {there}")));
-                }
-                if index > count {
-                    return Err(problem(format!(
-                        "there is no {here}.{index}: the next new element is {here}.{count}"
-                    )));
                 }
                 if index == count {
                     elements.push(empty());
@@ -363,10 +358,8 @@ pub(super) fn apply(root: &mut PlacedValue, change: &Override) -> Result<(), Cas
                 &mut elements[index]
             }
             other => {
-                return Err(problem(format!(
-                    "{here} is {}, which has nothing inside",
-                    other.describe()
-                )));
+                let message = format!("{here} is {}, which has nothing inside", other.describe());
+                return Err(problem(message));
             }
         };
         walked.push(segment);
@@ -385,5 +378,62 @@ fn re_place(node: &mut PlacedValue, place: &TextPlace) {
         CaseValue::Table(entries) => entries.iter_mut().for_each(|(_, child)| re_place(child, place)),
         CaseValue::Array(elements) => elements.iter_mut().for_each(|child| re_place(child, place)),
         _ => {}
+    }
+}
+
+/// All problems found in a case file, in its overrides, or in a value set in a case.
+///
+/// It is displayed with one line for each problem: `paper.toml:12: torsion.damping: what is wrong; what to do`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct CaseError {
+    /// The problems, at least one, in the order of the file.
+    pub problems: Vec<CaseProblem>,
+}
+
+/// A problem of a case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CaseProblem {
+    /// `paper.toml:12`, `--set torsion.damping`, or empty for a value set by the program.
+    pub place: String,
+    /// Dotted path of the key; empty if the problem has none.
+    pub key: String,
+    /// The defect and its remedy.
+    pub message: String,
+}
+
+impl fmt::Display for CaseProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let key = shown(&self.key);
+        let set = self.place.strip_prefix("--set ");
+        let place = set.map_or_else(|| self.place.clone(), |set| format!("--set {}", shown(set)));
+        match set {
+            // An override names its own key already, or the table that contains the key.
+            Some(set) if set == self.key || self.key.is_empty() => write!(f, "{place}: ")?,
+            // The message may concern another key, whose value conflicts with the override.
+            Some(set) if !self.key.starts_with(set) => {
+                let verb = if self.message.starts_with("missing") { "is " } else { "" };
+                write!(f, "{place}: then {key} {verb}")?;
+            }
+            _ => {
+                for part in [&place, &key].into_iter().filter(|part| !part.is_empty()) {
+                    write!(f, "{part}: ")?;
+                }
+            }
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl CaseError {
+    /// An error with a single problem: its place (file and line), key and message.
+    pub fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
+        CaseError {
+            problems: vec![CaseProblem {
+                place: place.into(),
+                key: key.into(),
+                message: message.into(),
+            }],
+        }
     }
 }

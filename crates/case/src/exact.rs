@@ -1,10 +1,10 @@
 //! The parameters of a case without rounding.
 
+use super::document::CaseError;
 use super::document::{CaseValue, PlacedValue};
-use super::error::CaseError;
 use super::quantity::{self, Dimension};
 use super::reader::ReadCase;
-use super::{Case, Motion, Words, numbers, schema};
+use super::{Case, Motion, Words, schema, written};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
@@ -166,12 +166,8 @@ impl ExactReader<'_> {
 
     /// The number at `path` of the general form as written, or `default` (exactly this double) if it is not written.
     fn number(&self, path: &str, default: f64) -> FoundExact<BigRational> {
-        let dimension = numbers::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
-        let value = match self
-            .place(path)
-            .and_then(|place| self.written.at(place))
-            .map(|node| &node.value)
-        {
+        let dimension = written::dimension(path, Words::general(self.case.motion())).unwrap_or(Dimension::Number);
+        let value = match self.value(path) {
             None => return decimal(path, default),
             Some(CaseValue::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
             Some(CaseValue::Float(number)) => return decimal(path, *number),
@@ -181,21 +177,13 @@ impl ExactReader<'_> {
         value.map_err(|message| CaseError::one("", path, message))
     }
 
-    /// The path at which a number is written: `path` itself, its key in the short form, or the list that a number
-    /// replaces.
-    fn place<'p>(&self, path: &'p str) -> Option<&'p str> {
+    /// The value that is written at `path`, at its key in the short form, or instead of the list that it is in.
+    fn value(&self, path: &str) -> Option<&CaseValue> {
         let mut same = schema::SAME.iter().filter(|_| self.case.words.short);
         let path = same.find(|same| same.1.contains(&path)).map_or(path, |same| same.0);
-        if self.written.at(path).is_some() {
-            return Some(path);
-        }
-        path.strip_suffix(".0").filter(|list| {
-            let node = self.written.at(list).map(|node| &node.value);
-            matches!(
-                node,
-                Some(CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_))
-            )
-        })
+        let written = |path: &str| self.written.at(path).map(|node| &node.value);
+        let instead = |list: &str| written(list).filter(|value| value.is_single());
+        written(path).or_else(|| path.strip_suffix(".0").and_then(instead))
     }
 
     fn list(&self, path: &str, values: &[f64]) -> FoundExact<Vec<BigRational>> {
@@ -211,6 +199,10 @@ impl ExactReader<'_> {
 
     fn train(&self, side: &str, train: &Train) -> FoundExact<Train<BigRational>> {
         let list = |name: &str, values: &[f64]| self.list(&format!("{side}.{name}"), values);
+        let torque = train.torque.as_ref().map(|torque| {
+            let signal = self.drive(&format!("{side}.torque"), &torque.signal)?;
+            Ok(Torque { signal, on: torque.on })
+        });
         Ok(Train {
             inertia: list("inertia", &train.inertia)?,
             stiffness: list("stiffness", &train.stiffness)?,
@@ -221,13 +213,7 @@ impl ExactReader<'_> {
                 End::Fixed => End::Fixed,
                 End::Driven(speed) => End::Driven(self.drive(&format!("{side}.speed"), speed)?),
             },
-            torque: match &train.torque {
-                None => None,
-                Some(torque) => Some(Torque {
-                    signal: self.drive(&format!("{side}.torque"), &torque.signal)?,
-                    on: torque.on,
-                }),
-            },
+            torque: torque.transpose()?,
         })
     }
 
@@ -240,7 +226,7 @@ impl ExactReader<'_> {
         if let End::Driven(speed) = &train.end {
             let turning = at_start(speed);
             for (index, found) in found.iter_mut().enumerate() {
-                if self.place(&format!("{path}.{index}")).is_none() {
+                if self.value(&format!("{path}.{index}")).is_none() {
                     found.clone_from(&turning);
                 }
             }
@@ -250,13 +236,11 @@ impl ExactReader<'_> {
 
     fn breakaway(&self) -> FoundExact<BigRational> {
         let system = &self.case.system;
-        match self.written.at("friction.breakaway") {
-            Some(_) => self.number("friction.breakaway", f64::NAN),
-            None => {
-                let key = system.law.key_at_vanishing_speed();
-                self.number(&format!("friction.{key}"), system.breakaway)
-            }
-        }
+        let key = match self.written.at("friction.breakaway") {
+            Some(_) => "breakaway",
+            None => system.law.key_at_vanishing_speed(),
+        };
+        self.number(&format!("friction.{key}"), system.breakaway)
     }
 }
 
@@ -268,11 +252,8 @@ fn at_start(drive: &Drive<BigRational>) -> BigRational {
     match drive {
         Drive::Value(value) => value.clone(),
         Drive::Linear(Signal::Ramp(Ramp { value, rise_time })) => {
-            if rise_time.is_positive() {
-                BigRational::zero()
-            } else {
-                value.clone()
-            }
+            let is_step = !rise_time.is_positive();
+            if is_step { value.clone() } else { BigRational::zero() }
         }
         Drive::Linear(Signal::TimeTable(TimeTable { time, value })) => {
             let after = time.iter().position(|time| time.is_positive()).unwrap_or(time.len());

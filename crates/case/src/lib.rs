@@ -9,20 +9,18 @@
 //! | file | question |
 //! |---|---|
 //! | `source`, `builtin` | Where is the text from? |
-//! | `document` | What is the text? A tree of values with their lines, and overrides applied to it |
+//! | `document` | What is the text? A tree of values with their lines, overrides applied to it, and problems with their places |
 //! | `schema` | Which keys are there? One row for each: path, form, default, kind, places in a case, description |
-//! | `place` | What is the value at a place of a case, and how is it set and written? |
-//! | `quantity`, `motion` | What does a number measure, and in which unit? |
-//! | `value`, `signals` | What does one value mean: a number, a word, a list, a signal? |
+//! | `place` | What is the value at a place of a case, and how is it set and written? The case as text in SI |
+//! | `quantity` | What does a number measure, and in which unit? |
+//! | `value` | What does one value mean: a number, a word, a list, a signal? |
 //! | `reader` | What does the tree mean? Reads every key by its row, and collects all problems |
-//! | `chains`, `contact` | What do keys mean that depend on each other: bodies of a chain, radius, normal force, law? |
+//! | `chains` | What do keys mean that depend on each other: bodies of a chain, radius, normal force, law? |
 //! | `conditions` | Are the values consistent? |
-//! | `resolved` | The case as text in SI |
-//! | `numbers`, `written` | Which parameters has a case, with how many digits, and what is the case with another value? |
+//! | `written` | Which parameters has a case, with how many digits, and what is the case with another value? |
 //! | `exact` | What is the system without rounding? |
-//! | `setting`, `case_keys` | What may vary in a study? |
+//! | `case_keys` | What may vary in a study? |
 //! | `words` | What are the names and units of the places of the system? |
-//! | `error` | What is wrong, and where? |
 //!
 //! ```
 //! use stickslip_case::{Case, CaseSource, Override};
@@ -43,37 +41,24 @@ pub mod schema;
 mod case_keys;
 mod chains;
 mod conditions;
-mod contact;
 pub mod document;
-mod error;
 mod exact;
 pub mod input;
-mod motion;
-mod numbers;
 mod place;
 mod reader;
-mod resolved;
-mod setting;
-mod signals;
 mod source;
 mod value;
 pub mod words;
 mod written;
 
-pub use case_keys::CaseKeys;
-pub use document::Override;
-pub use error::{CaseError, CaseProblem};
+pub use case_keys::{CaseKeys, Setting, Slot};
+pub use document::{CaseError, CaseProblem, Override};
 pub use exact::ExactCase;
-pub use motion::Motion;
-pub use numbers::CaseNumber;
-pub use schema::train_keys;
-pub use schema::{METHOD, key_of};
-pub use setting::Setting;
-pub use setting::Slot;
-pub use source::{CaseSource, Origin};
-pub use source::{toml_text, words};
+pub use quantity::Motion;
+pub use schema::{METHOD, key_of, train_keys};
+pub use source::{CaseSource, Origin, toml_text, words};
 pub use words::Words;
-pub use written::WrittenCase;
+pub use written::{CaseNumber, WrittenCase};
 
 use stickslip_engine::Runnable;
 use stickslip_engine::simulation::{Following, OutputOptions, SolverOptions};
@@ -123,7 +108,7 @@ impl Case {
     /// The case as TOML with every number in SI. Reading it gives the identical case. The radius replaces the
     /// diameters of the contact.
     pub fn resolved(&self) -> String {
-        resolved::write(self)
+        place::resolved(self)
     }
 
     /// The number at a dotted path of the resolved text, like `torsion.damping` or `stator.speed.amplitude`, in the

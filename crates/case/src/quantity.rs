@@ -104,6 +104,49 @@ impl Dimension {
     }
 }
 
+/// Kind of a case's coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Motion {
+    /// Angles: radians, N m, kg m^2.
+    #[default]
+    Rotation,
+    /// Positions: metres, newtons, kilograms.
+    Translation,
+}
+
+impl Motion {
+    /// Both kinds.
+    pub const ALL: [Motion; 2] = [Motion::Rotation, Motion::Translation];
+
+    /// The word of the key `motion`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Motion::Rotation => "rotation",
+            Motion::Translation => "translation",
+        }
+    }
+
+    /// The dimension that replaces `of_rotation` in this motion.
+    pub fn dimension(self, of_rotation: Dimension) -> Dimension {
+        use Dimension as D;
+        match of_rotation {
+            other if self == Motion::Rotation => other,
+            D::Inertia => D::Mass,
+            D::TorsionalStiffness => D::Stiffness,
+            D::TorsionalDamping => D::Damping,
+            D::AngularVelocity => D::Velocity,
+            D::Angle => D::Length,
+            D::Torque => D::Force,
+            D::FrictionDecay => D::SlidingDecay,
+            D::FrictionCurvature => D::SlidingCurvature,
+            D::FrictionThird => D::SlidingThird,
+            D::InverseAngle => D::InverseLength,
+            D::AngularImpulse => D::Impulse,
+            other => other,
+        }
+    }
+}
+
 /// A unit symbol and its definition.
 #[derive(Debug, Clone, Copy)]
 pub struct Unit {

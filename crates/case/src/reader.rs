@@ -2,15 +2,15 @@
 
 use super::case_keys::of_other_form;
 use super::conditions::{self, Violation};
+use super::document::{CaseError, CaseProblem};
 use super::document::{CaseValue, PlacedValue, TextPlace};
-use super::error::{CaseError, CaseProblem};
 use super::place::Content;
 use super::quantity::{self, Dimension};
 use super::schema::{self, ARRAYS, Key, KeyKind, Presence};
 use super::source::Origin;
-use super::value::{number, numbers, single};
+use super::value::{number, numbers, signal, single};
 use super::words::{form_of, named_motion};
-use super::{Case, CaseSource, Motion, Override, Words, signals, suggest};
+use super::{Case, CaseSource, Motion, Override, Words, suggest};
 use stickslip_engine::simulation::{Around, Method};
 use stickslip_system::friction::Law as _;
 use stickslip_system::signal::Signal;
@@ -351,16 +351,13 @@ impl Reader {
     fn template(&self, choice: &DecidingWord, word: &str) -> String {
         let (table, noun) = choice.path.split_once('.').unwrap_or_default();
         let mut text = format!("{table}={{{noun}=\"{word}\"");
-        for key in schema::in_order(self.words.short)
-            .iter()
-            .filter(|key| key.split().0 == table)
-        {
+        let keys = schema::in_order(self.words.short).iter();
+        for key in keys.filter(|key| key.split().0 == table) {
             let required = key.presence == Presence::Required && key.path != choice.path;
             if required || belongs(key, word) {
-                let value = if matches!(key.kind, KeyKind::Series(_)) {
-                    "[...]"
-                } else {
-                    "..."
+                let value = match key.kind {
+                    KeyKind::Series(_) => "[...]",
+                    _ => "...",
                 };
                 text += &format!(", {}={value}", key.split().1);
             }
@@ -421,12 +418,12 @@ pub(super) fn content(key: &Key, path: &str, node: &PlacedValue, motion: Motion)
     let whole = |message: String| vec![Violation::new(path, &[], message)];
     let dimension = key.dimension().map(|dimension| motion.dimension(dimension));
     match (key.kind, &node.value, dimension) {
-        (KeyKind::Signal(dimension), ..) => signals::read(path, node, dimension, motion).map(Content::Signal),
+        (KeyKind::Signal(dimension), ..) => signal(path, node, dimension, motion).map(Content::Signal),
         (KeyKind::Series(_) | KeyKind::List(..), CaseValue::Array(elements), Some(dimension)) => {
             numbers(path, elements, dimension, key.domain()).map(Content::List)
         }
-        (KeyKind::List(..), CaseValue::Integer(_) | CaseValue::Float(_) | CaseValue::Text(_), Some(dimension)) => {
-            let number = number(&node.value, dimension, key.domain());
+        (KeyKind::List(..), value, Some(dimension)) if value.is_single() => {
+            let number = number(value, dimension, key.domain());
             number.map(|number| Content::List(vec![number])).map_err(whole)
         }
         (KeyKind::Series(_), other, _) => Err(whole(format!(
@@ -459,11 +456,7 @@ pub(super) fn missing(key: &Key, motion: Motion) -> String {
 
 /// Message about an unknown key in the table at `parent`, which is `pattern` in the schema.
 fn unknown_key(name: &str, parent: &str, pattern: &str, known: &[&'static str]) -> String {
-    let start = if pattern.is_empty() {
-        String::new()
-    } else {
-        format!("{pattern}.")
-    };
+    let start = join(pattern, "");
     let mut here: Vec<&str> = known
         .iter()
         .filter_map(|key| key.strip_prefix(start.as_str()))

@@ -420,9 +420,41 @@ fn law_key(parameter: &LawParameter) -> Key {
     }
 }
 
-/// All keys: those below, and after `friction.breakaway` the parameters of the laws, each once.
+const STATOR: [&str; 8] = [
+    "stator.inertia",
+    "stator.stiffness",
+    "stator.damping",
+    "stator.viscous",
+    "stator.end",
+    "stator.speed",
+    "stator.torque",
+    "stator.torque_on",
+];
+
+/// The train of a key of `[rotor]` or `[stator]`.
+fn train<'a>(key: &Key, case: &'a mut Case) -> &'a mut Train {
+    match key.split().0 {
+        "rotor" => &mut case.system.rotor,
+        _ => &mut case.system.stator,
+    }
+}
+
+/// All keys: those below, after those of the rotor the same of the stator, and after `friction.breakaway` the parameters
+/// of the laws, each once.
 static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     let mut keys = OWN_KEYS.to_vec();
+    let of_rotor = |key: &Key| key.split().0 == "rotor";
+    let rotor: Vec<Key> = keys.iter().copied().filter(of_rotor).collect();
+    let after = keys.iter().rposition(of_rotor).map_or(0, |last| last + 1);
+    let stator = STATOR.into_iter().zip(rotor).map(|(path, rotor)| Key {
+        path,
+        description: match rotor.kind {
+            KeyKind::List(..) => "as of the rotor",
+            _ => rotor.description,
+        },
+        ..rotor
+    });
+    keys.splice(after..after, stator);
     let before = keys.iter().position(|key| key.path == "friction.breakaway");
     let mut next = before.map_or(0, |before| before + 1);
     let names = FrictionLaw::NAMES.iter();
@@ -440,15 +472,15 @@ fn both<'a>(one: &'a mut [f64], other: &'a mut [f64]) -> impl Iterator<Item = Pl
 }
 
 macro_rules! keys {
-    (|$case:ident, $index:ident| $($path:literal, $form:ident, $presence:expr, $kind:expr => $places:expr, $about:literal;)*) => {
+    (|$key:ident, $case:ident, $index:ident| $($path:literal, $form:ident, $presence:expr, $kind:expr => $places:expr, $about:literal;)*) => {
         const OWN_KEYS: &[Key] = &[$(Key {
             path: $path,
             description: $about,
             presence: $presence,
             form: Form::$form,
             kind: $kind,
-            places: |_, $case, $index| {
-                let _ = (&$case, $index);
+            places: |$key, $case, $index| {
+                let _ = ($key, &$case, $index);
                 Vec::from_iter($places)
             },
         }),*];
@@ -466,55 +498,33 @@ const fn of_law(default: &'static str) -> Presence {
     Presence::Law { default: Some(default) }
 }
 
-keys! { |case, index|
+keys! { |key, case, index|
     "title", Both, Default("the name of the case"), Text => [at(&mut case.title)],
         "title of the case";
     "motion", General, Default("\"rotation\""), Word(|| vec!["rotation", "translation"])
         => [said(Some(case.motion().name()).filter(|&name| name != "rotation"))],
         "kind of coordinates: angles or positions";
-    "rotor.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut case.system.rotor.inertia)],
+    "rotor.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut train(key, case).inertia)],
         "moments of inertia from the contact outwards, the surface first; none if the surface is itself the far end";
     "rotor.stiffness", General, Default("[] where there is no shaft"), List(D::TorsionalStiffness, Positive)
-        => [at(&mut case.system.rotor.stiffness)],
+        => [at(&mut train(key, case).stiffness)],
         "stiffness of the shafts between the inertias, and of one more to an end that is fixed or driven";
     "rotor.damping", General, Default("0"), List(D::TorsionalDamping, NotNegative)
-        => [at(&mut case.system.rotor.damping)],
+        => [at(&mut train(key, case).damping)],
         "damping of the same shafts";
     "rotor.viscous", General, Default("0"), List(D::TorsionalDamping, NotNegative)
-        => [at(&mut case.system.rotor.viscous)],
+        => [at(&mut train(key, case).viscous)],
         "damping of each inertia to the ground";
-    "rotor.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.rotor)],
+    "rotor.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(train(key, case))],
         "what holds the far end";
     "rotor.speed", General, Default("none: required of a driven end"), KeyKind::Signal(D::AngularVelocity)
-        => part!(&mut case.system.rotor.end, End::Driven(speed) => at(speed)),
+        => part!(&mut train(key, case).end, End::Driven(speed) => at(speed)),
         "speed of a driven end";
     "rotor.torque", General, Default("none"), KeyKind::Signal(D::Torque)
-        => case.system.rotor.torque.as_mut().map(|torque| at(&mut torque.signal)),
+        => train(key, case).torque.as_mut().map(|torque| at(&mut torque.signal)),
         "external torque";
     "rotor.torque_on", General, Default("the outermost"), Index
-        => case.system.rotor.torque.as_mut().map(|torque| at(&mut torque.on)),
-        "which inertia the torque acts on; 0 is the surface";
-    "stator.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut case.system.stator.inertia)],
-        "as of the rotor";
-    "stator.stiffness", General, Default("[] where there is no shaft"), List(D::TorsionalStiffness, Positive)
-        => [at(&mut case.system.stator.stiffness)],
-        "as of the rotor";
-    "stator.damping", General, Default("0"), List(D::TorsionalDamping, NotNegative)
-        => [at(&mut case.system.stator.damping)],
-        "as of the rotor";
-    "stator.viscous", General, Default("0"), List(D::TorsionalDamping, NotNegative)
-        => [at(&mut case.system.stator.viscous)],
-        "as of the rotor";
-    "stator.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(&mut case.system.stator)],
-        "what holds the far end";
-    "stator.speed", General, Default("none: required of a driven end"), KeyKind::Signal(D::AngularVelocity)
-        => part!(&mut case.system.stator.end, End::Driven(speed) => at(speed)),
-        "speed of a driven end";
-    "stator.torque", General, Default("none"), KeyKind::Signal(D::Torque)
-        => case.system.stator.torque.as_mut().map(|torque| at(&mut torque.signal)),
-        "external torque";
-    "stator.torque_on", General, Default("the outermost"), Index
-        => case.system.stator.torque.as_mut().map(|torque| at(&mut torque.on)),
+        => train(key, case).torque.as_mut().map(|torque| at(&mut torque.on)),
         "which inertia the torque acts on; 0 is the surface";
     "axial.mass", Both, Required, Number(D::Mass, Positive) => axial(case).map(|axial| at(&mut axial.mass)),
         "m, the rotor mass";

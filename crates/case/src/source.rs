@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::builtin;
-use super::error::CaseError;
+use super::document::CaseError;
 
 /// The text of a case file. Its origin is named in messages.
 #[derive(Debug, Clone, PartialEq, Eq)]

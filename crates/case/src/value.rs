@@ -1,6 +1,7 @@
-//! Reads one value by the rules of its key: unit, limits, choices.
+//! Reads one value by the rules of its key: a number or a list in its unit and limits, a word, a signal. A signal is a
+//! number, or a table with a profile.
 
-use super::conditions::Violation;
+use super::conditions::{SHORTEST_RUN, Violation, points, too_short};
 use super::document::{CaseValue, PlacedValue};
 use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
@@ -8,6 +9,7 @@ use super::schema::{Domain, Key, KeyKind, METHOD};
 use super::{Motion, Setting, suggest};
 use stickslip_engine::simulation::Method;
 use stickslip_system::quote::shown;
+use stickslip_system::signal::{Drive, Frequency, HarmonicShape, Ramp, SIGNALS, Signal, TimeTable, Timeline, Wave};
 
 pub(super) fn numbers(
     path: &str,
@@ -104,4 +106,277 @@ pub(super) fn choice(value: &CaseValue, names: &[&'static str]) -> Result<&'stat
             text = shown(text)
         )
     })
+}
+
+pub(super) const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"];
+
+/// Deeper nesting of sums is a typing error.
+const DEEPEST: usize = 4;
+
+/// A key of signals besides `profile`: its name, the profiles that have it, its dimension if it differs from the
+/// signal's, and its limits.
+type SignalKey = (&'static str, &'static [&'static str], Option<Dimension>, Domain);
+
+const WAVES: &[&str] = &["sine", "cosine"];
+const KEYS: &[SignalKey] = &[
+    ("time", &["table"], Some(Dimension::Time), Domain::Any),
+    ("value", &["ramp", "table"], None, Domain::Any),
+    ("rise_time", &["ramp"], Some(Dimension::Time), Domain::NotNegative),
+    ("mean", WAVES, None, Domain::Any),
+    ("amplitude", WAVES, None, Domain::Any),
+    ("frequency", WAVES, Some(Dimension::Frequency), Domain::Positive),
+    (
+        "angular_frequency",
+        WAVES,
+        Some(Dimension::AngularVelocity),
+        Domain::Positive,
+    ),
+    ("phase", WAVES, Some(Dimension::Angle), Domain::Any),
+    ("from", WAVES, Some(Dimension::Time), Domain::NotNegative),
+    ("to", WAVES, Some(Dimension::Time), Domain::NotNegative),
+    (SIGNALS, &["sum"], None, Domain::Any),
+];
+
+pub(super) fn keys_of(profile: &str) -> Vec<&'static str> {
+    KEYS.iter()
+        .filter(|key| key.1.contains(&profile))
+        .map(|key| key.0)
+        .collect()
+}
+
+/// Dimension and limits of the number at `path` in a signal. `dimension` is that of the signal in rotation.
+/// [`Motion`] changes the signal's dimension only.
+pub(super) fn measure(path: &str, dimension: Dimension, motion: Motion) -> (Dimension, Domain) {
+    let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err());
+    let key = KEYS.iter().find(|key| Some(key.0) == name);
+    let own = key.and_then(|key| key.2);
+    (
+        own.unwrap_or(motion.dimension(dimension)),
+        key.map_or(Domain::Any, |key| key.3),
+    )
+}
+
+pub(super) fn signal(
+    path: &str,
+    node: &PlacedValue,
+    dimension: Dimension,
+    motion: Motion,
+) -> Result<Drive, Vec<Violation>> {
+    let mut reader = Signals {
+        dimension,
+        motion,
+        wrong: Vec::new(),
+    };
+    reader.whole(path, node).ok_or(reader.wrong)
+}
+
+type SignalPlace<'a> = (&'a str, &'a PlacedValue);
+
+struct Signals {
+    dimension: Dimension,
+    motion: Motion,
+    wrong: Vec<Violation>,
+}
+
+impl Signals {
+    fn whole(&mut self, path: &str, node: &PlacedValue) -> Option<Drive> {
+        let drive = self.drive(path, node, 0).filter(|_| self.wrong.is_empty())?;
+        let timeline = Timeline::new(&[&drive]);
+        let finite = |stretch: usize| {
+            let start = timeline.start(stretch);
+            timeline.value(0, stretch, start).is_finite() && timeline.slope(0, stretch, start).is_finite()
+        };
+        if drive.largest().is_finite() && (0..=timeline.corners().len()).all(finite) {
+            return Some(drive);
+        }
+        self.wrong(
+            path,
+            "its values or slopes are outside the range of double precision: make it smaller or slower",
+        )
+    }
+
+    fn drive(&mut self, path: &str, node: &PlacedValue, depth: usize) -> Option<Drive> {
+        let at = (path, node);
+        let dimension = self.motion.dimension(self.dimension);
+        let entries = match &node.value {
+            CaseValue::Table(entries) => entries,
+            CaseValue::Array(_) => {
+                let message = format!(
+                    "expected {}, or a table with a profile, such as {{ profile = \"table\", time = [...], value = [...] }}, but \
+                     got an array",
+                    quantity::expectation(dimension)
+                );
+                return self.wrong(path, message);
+            }
+            value => return self.fits(path, number(value, dimension, Domain::Any)).map(Drive::Value),
+        };
+        if depth > DEEPEST {
+            let message = format!("sums within sums, more than {DEEPEST} deep: write one sum of all");
+            return self.wrong(path, message);
+        }
+        let profile_path = format!("{path}.profile");
+        let Some(profile) = node.at("profile") else {
+            let message = format!(
+                "missing: what the signal is; write profile = \"{}\", or a number instead of the table",
+                PROFILES.join("\" or \"")
+            );
+            return self.wrong(&profile_path, message);
+        };
+        let profile = self.fits(&profile_path, choice(&profile.value, PROFILES))?;
+        for (name, _) in entries {
+            if name != "profile" && !keys_of(profile).contains(&name.as_str()) {
+                let segment = toml_edit::Key::new(name).to_string();
+                self.wrong::<()>(&format!("{path}.{segment}"), foreign_key(name, profile));
+            }
+        }
+        match profile {
+            "ramp" => self.ramp(at),
+            "table" => self.table(at),
+            "sum" => self.sum(at, depth),
+            "sine" => self.wave(HarmonicShape::Sine, at),
+            _ => self.wave(HarmonicShape::Cosine, at),
+        }
+    }
+
+    fn wrong<T>(&mut self, path: &str, message: impl Into<String>) -> Option<T> {
+        self.wrong.push(Violation::new(path, &[], message.into()));
+        None
+    }
+
+    fn fits<T>(&mut self, path: &str, read: Result<T, String>) -> Option<T> {
+        read.map_err(|message| self.wrong::<()>(path, message)).ok()
+    }
+
+    fn element(&mut self, (path, node): SignalPlace<'_>, name: &str, default: Option<f64>) -> Option<f64> {
+        let path = format!("{path}.{name}");
+        let (dimension, domain) = measure(name, self.dimension, self.motion);
+        match node.at(name) {
+            Some(node) => self.fits(&path, number(&node.value, dimension, domain)),
+            None if default.is_some() => default,
+            None => {
+                let (unit, example) = (dimension.unit(), dimension.example());
+                self.wrong(
+                    &path,
+                    format!("missing; write {name} = a number in {unit} or \"{example}\""),
+                )
+            }
+        }
+    }
+
+    fn ramp(&mut self, at: SignalPlace<'_>) -> Option<Drive> {
+        let value = self.element(at, "value", None);
+        let rise_time = self.element(at, "rise_time", None)?;
+        if rise_time > 0.0 && rise_time < SHORTEST_RUN {
+            return self.wrong(&format!("{}.rise_time", at.0), too_short(rise_time));
+        }
+        value.map(|value| Drive::Linear(Signal::Ramp(Ramp { value, rise_time })))
+    }
+
+    fn table(&mut self, (path, node): SignalPlace<'_>) -> Option<Drive> {
+        let paths = ["time", "value"].map(|name| format!("{path}.{name}"));
+        let lists = [("time", &paths[0]), ("value", &paths[1])].map(|(name, path)| {
+            let (dimension, _) = measure(name, self.dimension, self.motion);
+            match node.at(name).map(|node| &node.value) {
+                Some(CaseValue::Array(elements)) => {
+                    let numbers = numbers(path, elements, dimension, Domain::Any);
+                    numbers.map_err(|wrong| self.wrong.extend(wrong)).ok()
+                }
+                Some(other) => self.wrong(
+                    path,
+                    format!("expected an array of numbers, but got {}", other.describe()),
+                ),
+                None => self.wrong(
+                    path,
+                    format!("missing; write {name} = [...], numbers in {}", dimension.unit()),
+                ),
+            }
+        });
+        let [Some(time), Some(value)] = lists else {
+            return None;
+        };
+        self.wrong
+            .extend(points(&paths[0], &time, (&paths[1], "values", value.len())));
+        Some(Drive::Linear(Signal::TimeTable(TimeTable { time, value })))
+    }
+
+    fn wave(&mut self, shape: HarmonicShape, at: SignalPlace<'_>) -> Option<Drive> {
+        let (path, node) = at;
+        let mean = self.element(at, "mean", Some(0.0));
+        let amplitude = self.element(at, "amplitude", None);
+        let frequency = match (node.at("frequency").is_some(), node.at("angular_frequency").is_some()) {
+            (true, true) => {
+                let message = "the frequency is given twice, with frequency: keep either frequency, in Hz, or \
+                               angular_frequency, in rad/s";
+                self.wrong(&format!("{path}.angular_frequency"), message)
+            }
+            (false, true) => self.element(at, "angular_frequency", None).map(Frequency::Angular),
+            (true, false) => self.element(at, "frequency", None).map(Frequency::Cycles),
+            (false, false) => {
+                let message = "missing: how fast the signal is; write frequency = a number in Hz or \"50 Hz\", or \
+                               angular_frequency = a number in rad/s";
+                self.wrong(&format!("{path}.frequency"), message)
+            }
+        };
+        let phase = self.element(at, "phase", Some(0.0));
+        let mut time = |name: &str| match node.at(name) {
+            Some(_) => self.element(at, name, None).map(Some),
+            None => Some(None),
+        };
+        let (from, to) = (time("from")?, time("to")?);
+        if let Some(to) = to
+            && to <= from.unwrap_or(0.0)
+        {
+            let from = from.unwrap_or(0.0);
+            let message = format!("must be after from: {to:?} s is not after {from:?} s");
+            return self.wrong(&format!("{path}.to"), message);
+        }
+        Some(Drive::Wave(Wave {
+            shape,
+            mean: mean?,
+            amplitude: amplitude?,
+            frequency: frequency?,
+            phase: phase?,
+            from,
+            to,
+        }))
+    }
+
+    fn sum(&mut self, (path, node): SignalPlace<'_>, depth: usize) -> Option<Drive> {
+        let path = format!("{path}.{SIGNALS}");
+        match node.at(SIGNALS).map(|node| &node.value) {
+            Some(CaseValue::Array(elements)) if !elements.is_empty() => {
+                let elements = elements.iter().enumerate();
+                let terms: Vec<Option<Drive>> = elements
+                    .map(|(index, element)| self.drive(&format!("{path}.{index}"), element, depth + 1))
+                    .collect();
+                terms.into_iter().collect::<Option<Vec<Drive>>>().map(Drive::Sum)
+            }
+            None | Some(CaseValue::Array(_)) => {
+                self.wrong(&path, "missing: the signals that are added; write signals = [ ... ]")
+            }
+            Some(other) => self.wrong(
+                &path,
+                format!("expected an array of signals, but got {}", other.describe()),
+            ),
+        }
+    }
+}
+
+fn foreign_key(name: &str, profile: &str) -> String {
+    let own = keys_of(profile);
+    let owners: Vec<&str> = PROFILES
+        .iter()
+        .copied()
+        .filter(|other| keys_of(other).contains(&name))
+        .collect();
+    if !owners.is_empty() {
+        return format!(
+            "belongs to profile \"{}\", but the profile is \"{profile}\": remove it, or change the profile",
+            owners.join("\" or \"")
+        );
+    }
+    match suggest(name, own.iter().copied().chain(["profile"])) {
+        Some(close) => format!("unknown key; did you mean {close}?"),
+        None => format!("unknown key; a signal of profile \"{profile}\" has {}", own.join(", ")),
+    }
 }

@@ -55,7 +55,6 @@ mod comparison;
 pub mod detect;
 mod diagnosis;
 mod error;
-mod evaluate;
 #[doc(hidden)]
 pub mod event_errors;
 mod follows;
@@ -70,6 +69,7 @@ mod states;
 pub mod statistics;
 #[doc(hidden)]
 pub mod survey;
+mod trajectory;
 #[doc(hidden)]
 pub mod vocabulary;
 
@@ -82,13 +82,13 @@ pub use comparison::{Absent, ChannelErrors, Closest, Comparison, Requirement, Sp
 pub use detect::{Detection, Detector, Found, HysteresisEffect, Point};
 pub use diagnosis::{CaseDifference, CauseKind, Diagnosis};
 pub use error::{CompareError, OutOfTime};
-pub use evaluate::Evaluator;
 pub use event_errors::{CycleErrors, EventError, WrongEvent};
 pub use follows::Follows;
 pub use integrals::{EnergyDrift, ImpulseErrors};
 pub use resolution::{Resolution, Rounding};
 pub use score::{CreepScore, PeriodScore, PositionScore, RestScore, Score};
 pub use statistics::{ComparedAttractor, Statistic};
+pub use trajectory::Trajectory;
 pub use vocabulary::{Channel, Vocabulary};
 
 use benchmark::BenchmarkProblem;

@@ -4,7 +4,8 @@
 //! reference's.
 
 use super::candidate::Block;
-use super::{Channel, CompareError, Evaluator, Reference, Span};
+use super::trajectory::Evaluator;
+use super::{Channel, CompareError, Reference, Span};
 use serde::Serialize;
 use std::borrow::Cow;
 use stickslip_system::record::EventKind;

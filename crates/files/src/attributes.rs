@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::raw;
 use super::schema::{self, Variable};
-use super::values::{ColumnValues, each};
+use super::table::{ColumnValues, each};
 
 /// Value of an HDF5 attribute.
 #[derive(Debug, Clone, PartialEq, Serialize)]

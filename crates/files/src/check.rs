@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::reader::not_finite;
+use super::reader::{blocks, not_finite};
 use super::schema::{self, TableSchema, group, root};
 use super::seal::{self, Seal};
-use super::source::{FileSource, Holds, Object};
+use super::source::{BLOCK, FileSource, Holds, Object};
 use super::{Reason, ResultError, ResultFile, Status};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, EventKind, Sample, Segment};
@@ -47,7 +47,6 @@ impl std::fmt::Display for FileDefect {
     }
 }
 
-const BLOCK: usize = 65_536;
 const STATUSES: [&str; 3] = ["complete", "interrupted", "failed"];
 const MOST: usize = 100;
 const NAMED: usize = 3;
@@ -82,9 +81,8 @@ pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
 /// # Errors
 /// [`Reason::NotAsWritten`] with the first problems of [`check`]; failures to read the file.
 pub fn check_sound(path: &Path) -> Result<(), ResultError> {
-    match read_seal(path)? {
-        Seal::Intact | Seal::Absent => return Ok(()),
-        Seal::Broken => {}
+    if read_seal(path)? != Seal::Broken {
+        return Ok(());
     }
     let mut check = match Check::open(path) {
         // A sealed file was a result once, so that it is damaged now.
@@ -167,11 +165,12 @@ impl Check {
     fn stored(&mut self) {
         let status = &self.report.status;
         if !STATUSES.contains(&status.as_str()) {
-            let what = if status.is_empty() {
-                "the attribute status is missing".to_owned()
-            } else {
-                let known = STATUSES.join(", ");
-                format!("the attribute status is \"{status}\", not one of: {known}")
+            let what = match status.is_empty() {
+                true => "the attribute status is missing".to_owned(),
+                false => format!(
+                    "the attribute status is \"{status}\", not one of: {}",
+                    STATUSES.join(", ")
+                ),
             };
             self.problem("/", what);
         }
@@ -206,6 +205,10 @@ impl Check {
         }
     }
 
+    fn odd(&mut self, group: &str, row: usize, what: impl Into<String>) {
+        self.problem(format!("row {row} of /{group}"), what);
+    }
+
     /// A missing file affects every variable, and is listed once.
     fn note(&mut self, place: &str, result: Result<(), ResultError>) {
         if let Err(ResultError {
@@ -219,13 +222,11 @@ impl Check {
             }
         }
         let Err(error) = result else { return };
+        let listed = |place: &String| self.report.problems.iter().any(|problem| problem.place == *place);
         match &error.reason {
             // The reader of the table may have listed it already.
-            Reason::Uneven { variable, .. } => {
-                if self.report.problems.iter().all(|problem| problem.place != *variable) {
-                    self.problem(variable, error.to_string());
-                }
-            }
+            Reason::Uneven { variable, .. } if listed(variable) => {}
+            Reason::Uneven { variable, .. } => self.problem(variable, error.to_string()),
             _ => self.problem(place, error.to_string()),
         }
     }
@@ -281,11 +282,8 @@ impl Check {
         file.resolved().map(drop)?;
         if complete && let Some(statistics) = file.stick_slip()? {
             let count = |kind: EventKind| events.iter().filter(|event| event.kind == kind).count() as u64;
-            for (name, said, found) in [
-                ("stick_count", statistics.value("stick_count"), count(EventKind::Stick)),
-                ("slip_count", statistics.value("slip_count"), count(EventKind::Slip)),
-            ] {
-                let said = said.unwrap_or(0.0) as u64;
+            for (name, kind) in [("stick_count", EventKind::Stick), ("slip_count", EventKind::Slip)] {
+                let (said, found) = (statistics.value(name).unwrap_or(0.0) as u64, count(kind));
                 if said != found {
                     let what = format!("{name} is {said}, but /events has {found}");
                     self.problem(format!("/{}", group::STICK_SLIP), what);
@@ -309,10 +307,8 @@ impl Check {
             let wanted = variable.kind.name();
             if info.holds.name() != wanted || info.shape.len() != 1 {
                 let (found, shape) = (info.holds.name(), &info.shape);
-                self.problem(
-                    format!("/{path}"),
-                    format!("is {found} of shape {shape:?}, not a column of {wanted}"),
-                );
+                let what = format!("is {found} of shape {shape:?}, not a column of {wanted}");
+                self.problem(format!("/{path}"), what);
                 continue;
             }
             let units = self.source.text_attribute(&path, schema::attribute::UNITS)?;
@@ -329,10 +325,10 @@ impl Check {
         let mut last = f64::NEG_INFINITY;
         for (row, Segment { start, end, .. }) in segments.iter().enumerate() {
             if !(start.is_finite() && end.is_finite() && start <= end) {
-                self.problem(place(row, group::SEGMENTS), format!("goes from {start:?} to {end:?} s"));
+                self.odd(group::SEGMENTS, row, format!("goes from {start:?} to {end:?} s"));
             } else if *start < last {
                 let what = format!("starts at {start:?} s, before the end {last:?} s of the one before");
-                self.problem(place(row, group::SEGMENTS), what);
+                self.odd(group::SEGMENTS, row, what);
             }
             last = *end;
         }
@@ -343,8 +339,9 @@ impl Check {
         for (row, event) in events.iter().enumerate() {
             let time = event.time;
             if !time.is_finite() || time < last {
-                self.problem(
-                    place(row, group::EVENTS),
+                self.odd(
+                    group::EVENTS,
+                    row,
                     format!("the time {time:?} s comes after {last:?} s"),
                 );
                 continue;
@@ -355,14 +352,14 @@ impl Check {
                 Some(segment) if !within(time, segment) => {
                     let (start, end) = (segment.start, segment.end);
                     let what = format!("the time {time:?} s is not in its segment {number}, {start:?} to {end:?} s");
-                    self.problem(place(row, group::EVENTS), what);
+                    self.odd(group::EVENTS, row, what);
                 }
-                None if complete => self.problem(place(row, group::EVENTS), format!("there is no segment {number}")),
+                None if complete => self.odd(group::EVENTS, row, format!("there is no segment {number}")),
                 _ => {}
             }
             let mut states = event.before.values().into_iter().chain(event.after.values());
             if states.any(|value| !value.is_finite()) {
-                self.problem(place(row, group::EVENTS), "a state is not finite");
+                self.odd(group::EVENTS, row, "a state is not finite");
             }
         }
     }
@@ -377,7 +374,7 @@ impl Check {
             };
             if number + 1 < begun {
                 let what = format!("its segment is {number}, that of the one before {}", begun - 1);
-                self.problem(place(row, group::EVENTS), what);
+                self.odd(group::EVENTS, row, what);
                 return;
             }
             // At the start of a run events precede the first segment.
@@ -391,10 +388,7 @@ impl Check {
             if !brings_about(event.kind, mode, event.mode_after) {
                 let from = mode.map_or(String::new(), |mode| format!("from {} ", mode.name()));
                 let (kind, after) = (event.kind.name(), event.mode_after.name());
-                self.problem(
-                    place(row, group::EVENTS),
-                    format!("a {kind} does not lead {from}to {after}"),
-                );
+                self.odd(group::EVENTS, row, format!("a {kind} does not lead {from}to {after}"));
             }
             mode = Some(event.mode_after);
         }
@@ -408,20 +402,16 @@ impl Check {
 
     fn follows(&mut self, before: Option<Mode>, mode: Mode, segment: usize) {
         if let Some(before) = before.filter(|before| *before != mode) {
-            let what = format!(
-                "its mode is {}, but {} after what comes before it",
-                mode.name(),
-                before.name()
-            );
-            self.problem(place(segment, group::SEGMENTS), what);
+            let (mode, before) = (mode.name(), before.name());
+            let what = format!("its mode is {mode}, but {before} after what comes before it");
+            self.odd(group::SEGMENTS, segment, what);
         }
     }
 
     fn trajectory(&mut self, file: &ResultFile, segments: &[Segment], complete: bool) -> Result<(), ResultError> {
         let (rows, stored) = (self.report.samples, file.stored_channels()?);
         let (mut last, mut odd) = (f64::NEG_INFINITY, 0);
-        for start in (0..rows).step_by(BLOCK) {
-            let block = start..rows.min(start + BLOCK);
+        for block in blocks(rows) {
             for (row, sample) in block.clone().zip(file.samples(block)?) {
                 let Sample { time, mode, .. } = sample;
                 let mut found = Vec::new();
@@ -436,9 +426,9 @@ impl Check {
                 let number = sample.segment;
                 match segments.get(number as usize) {
                     Some(segment) if segment.mode != mode => {
+                        let of_segment = segment.mode;
                         found.push(format!(
-                            "its mode is {mode:?}, that of its segment {number} is {:?}",
-                            segment.mode
+                            "its mode is {mode:?}, that of its segment {number} is {of_segment:?}"
                         ));
                     }
                     Some(segment) if !within(time, segment) => {
@@ -451,7 +441,7 @@ impl Check {
                     _ => {}
                 }
                 if !found.is_empty() {
-                    self.problem(place(row, group::TRAJECTORY), found.join("; "));
+                    self.odd(group::TRAJECTORY, row, found.join("; "));
                     odd += 1;
                     if odd >= MOST {
                         return Ok(());
@@ -461,8 +451,4 @@ impl Check {
         }
         Ok(())
     }
-}
-
-fn place(row: usize, group: &str) -> String {
-    format!("row {row} of /{group}")
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::attributes::AttributeValue;
 use super::check::check_sound;
-use super::source::{DatasetInfo, FileSource, Object};
+use super::source::{BLOCK, DatasetInfo, FileSource, Object};
 use super::{Reason, ResultError, ResultFile};
 
 /// Contents of a file of this program.
@@ -21,8 +21,6 @@ pub struct Contents {
     /// Damage found by the seal and the sums of chunks; `None` if there is none, or neither.
     pub damage: Option<String>,
 }
-
-const BLOCK: usize = 65_536;
 
 impl Contents {
     /// Lists the contents of a file of this program: the result of a run, a sweep, or a work-precision study.

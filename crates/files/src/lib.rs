@@ -40,11 +40,10 @@
 //! | module | contents |
 //! |---|---|
 //! | [`schema`] | names, units, descriptions and codes |
-//! | `writer`, `rows`, `table`, [`packed`], `values`, `attributes` | a run, written while it is computed: rows, tables, chunks, columns, attributes |
-//! | `header`, `stick_slip`, `certificate` | parts of a file that are not rows |
+//! | `writer`, `rows`, `table`, [`packed`], `attributes` | a run, written while it is computed or kept in memory: rows, tables of columns, chunks, attributes |
+//! | `parts` | parts of a file that are not rows |
 //! | `study`, `sweep` | the files of studies: head and reader, points |
-//! | `kept` | the rows of a run in memory |
-//! | `target`, `lock`, [`disk`] | place of a file, its writer, and files on the disk |
+//! | `target`, [`disk`] | place of a file, its writer, and files on the disk |
 //! | `reader`, `dense`, `contents` | readers of tables and polynomials, and a listing of a file |
 //! | `source`, `raw` | careful access to a file that this process did not write; HDF5 calls that the binding lacks |
 //! | `foreign` | HDF5 files of other programs |
@@ -56,49 +55,42 @@
 //! malice.
 
 mod attributes;
-mod certificate;
 mod check;
 mod contents;
 mod dense;
 pub mod disk;
 mod error;
 mod foreign;
-mod header;
-mod kept;
-mod lock;
 #[doc(hidden)]
 pub mod packed;
+mod parts;
 mod raw;
 mod reader;
 mod rows;
 pub mod schema;
 mod seal;
 mod source;
-mod stick_slip;
 mod study;
 mod sweep;
 mod table;
 pub(crate) mod target;
-mod values;
 mod writer;
 
 pub use attributes::AttributeValue;
 pub use attributes::quantity;
-pub use certificate::{Addition, write_certified};
 pub use check::{CheckReport, FileDefect, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use dense::{DenseOutput, EventSide};
 pub use disk::{folder_of, is_hdf5};
 pub use error::{Reason, ResultError};
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use header::{Header, Status};
-pub use kept::{KeptRows, KeptTable, KeptView};
+pub use parts::{Addition, Extra, Header, Status, StickSlipTable, write_certified};
 pub use reader::{AddedGroup, Matrix, ResultFile};
+pub use rows::{KeptRows, KeptTable, KeptView};
 pub use source::{TableReader, follow_external, probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
-pub use stick_slip::{Extra, StickSlipTable};
 pub use study::{ShapedColumn, StudyFile, StudyHeader, StudyTable};
 pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
 pub use sweep::{MergeReport, Partition, SweepLayout, merge};
+pub use table::{ColumnValues, DeclaredColumn, FileColumn};
 pub use target::{Overwrite, Reservation, check_target, partial_path};
-pub use values::{ColumnValues, DeclaredColumn, FileColumn};
 pub use writer::{ResultWriter, SavedRows};

@@ -4,7 +4,7 @@
 use libdeflater::{CompressionLvl, Compressor};
 
 use super::raw::RowRange;
-use super::values::StoredNumber;
+use super::table::StoredNumber;
 
 /// The lowest level compresses shuffled doubles almost as well as the others, in a third of the time.
 pub(super) const DEFLATE_LEVEL: u8 = 1;

@@ -5,13 +5,12 @@ use std::path::Path;
 
 use super::attributes::AttributeValue;
 use super::schema::{self, Extension, StorageKind, Variable, attribute, group, root};
-use super::source::{DatasetInfo, FileSource, Holds, Object, uneven};
-use super::values::StoredNumber;
+use super::source::{BLOCK, DatasetInfo, FileSource, Holds, Object, uneven};
+use super::table::StoredNumber;
 use super::{ColumnValues, Extra, Reason, ResultError, Status, StickSlipTable};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Channels, Cycle, Event, EventKind, RecordedChannel, Sample, Segment, State, channel};
 
-const BLOCK: usize = 65_536;
 /// Largest number of events, segments or cycles held at once: 0.5 GB of events.
 const MOST_ROWS: usize = 1 << 21;
 
@@ -52,9 +51,8 @@ impl ResultFile {
             status: Status::Interrupted,
             title: String::new(),
         };
-        let found = match result.attribute("", root::FORMAT_VERSION)? {
-            AttributeValue::Integer(version) => version,
-            _ => return Err(result.source.missing("integer root attribute format_version")),
+        let AttributeValue::Integer(found) = result.attribute("", root::FORMAT_VERSION)? else {
+            return Err(result.source.missing("integer root attribute format_version"));
         };
         let known = i64::from(schema::FORMAT_VERSION);
         if found > known {
@@ -86,9 +84,8 @@ impl ResultFile {
 
     /// A text root attribute: see [`schema::root`].
     pub fn text(&self, name: &str) -> Result<String, ResultError> {
-        self.source
-            .text_attribute("", name)?
-            .ok_or_else(|| self.source.missing(format!("text in root attribute {name}")))
+        let text = self.source.text_attribute("", name)?;
+        text.ok_or_else(|| self.source.missing(format!("text in root attribute {name}")))
     }
 
     /// TOML text of the case as given.
@@ -111,10 +108,19 @@ impl ResultFile {
         self.rows(&schema::trajectory())
     }
 
+    /// Times of the first and the last sample, s; `None` without samples.
+    pub fn span(&self) -> Result<Option<(f64, f64)>, ResultError> {
+        let Some(last) = self.sample_count()?.checked_sub(1) else {
+            return Ok(None);
+        };
+        let time = |row: usize| Ok(self.column("time", row..row + 1)?[0]);
+        Ok(Some((time(0)?, time(last)?)))
+    }
+
     /// Rows `range` of a column of the trajectory, as numbers. A channel that an earlier version did not write is the
     /// product of its factors, or NaN.
     pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.numbers(group::TRAJECTORY, name, range)
+        self.table_values(group::TRAJECTORY, name, range)
     }
 
     /// The first of `rows` of a column from which on a condition holds, by bisection.
@@ -167,11 +173,8 @@ impl ResultFile {
         let samples = self.samples(range.clone())?;
         let stored = self.stored_channels()?;
         for (row, sample) in range.zip(&samples) {
-            self.finite(
-                row,
-                &stored,
-                sample.state.values().into_iter().chain(sample.channels.values()),
-            )?;
+            let values = sample.state.values().into_iter().chain(sample.channels.values());
+            self.finite(row, &stored, values)?;
         }
         Ok(samples)
     }
@@ -206,7 +209,8 @@ impl ResultFile {
         }
     }
 
-    fn numbers(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+    /// Rows `range` of a column of [`Self::table`], as numbers; like [`Self::column`] in a trajectory.
+    pub fn table_values(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
         let Some(channel) = self.lacking(group, name)? else {
             return self.values(group, name, range);
         };
@@ -401,7 +405,7 @@ impl ResultFile {
     /// A column of [`Self::tables`] in its own type; in a partial file only the rows that are certain.
     pub fn typed_column(&self, group: &str, name: &str) -> Result<ColumnValues<'static>, ResultError> {
         if self.lacking(group, name)?.is_some() {
-            let values = self.numbers(group, name, 0..self.table_rows(group)?)?;
+            let values = self.table_values(group, name, 0..self.table_rows(group)?)?;
             return Ok(ColumnValues::Float64(values.into()));
         }
         let info = self.dataset(group, name)?;
@@ -443,11 +447,8 @@ impl ResultFile {
             };
             columns.push((described.variable(member.name, kind), info.size()));
         }
-        if let Some(rows) = columns
-            .first()
-            .map(|column| column.1)
-            .filter(|_| group == group::TRAJECTORY)
-        {
+        let rows = columns.first().map(|column| column.1);
+        if let Some(rows) = rows.filter(|_| group == group::TRAJECTORY) {
             let [trajectory, ..] = schema::extended_tables(&self.extension()?);
             let mut place = 0;
             for variable in trajectory.variables {
@@ -460,11 +461,6 @@ impl ResultFile {
             }
         }
         Ok(columns)
-    }
-
-    /// Rows `range` of a column of [`Self::table`].
-    pub fn table_values(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.numbers(group, name, range)
     }
 
     /// Number of rows that every column of a group's table certainly has; in a partial file some columns may have more.
@@ -509,9 +505,8 @@ impl ResultFile {
 
     fn input(&self, name: &str) -> Result<String, ResultError> {
         self.dataset(group::INPUT, name)?;
-        self.source
-            .text(&format!("{}/{name}", group::INPUT))?
-            .ok_or_else(|| self.source.missing(format!("text in /{}/{name}", group::INPUT)))
+        let text = self.source.text(&format!("{}/{name}", group::INPUT))?;
+        text.ok_or_else(|| self.source.missing(format!("text in /{}/{name}", group::INPUT)))
     }
 
     pub(super) fn few(&self, table: &schema::TableSchema) -> Result<usize, ResultError> {
@@ -537,18 +532,11 @@ impl ResultFile {
                 return Err(uneven(&path, &info.shape, &[rows]).of(self.path()));
             }
             if self.status != Status::Complete {
-                let chunk = info
-                    .chunk
-                    .as_ref()
-                    .and_then(|shape| shape.first().copied())
-                    .unwrap_or(1)
-                    .max(1);
+                let chunk = info.chunk.as_ref().and_then(|shape| shape.first().copied());
+                let chunk = chunk.unwrap_or(1).max(1);
                 sound = sound.min(info.chunks.unwrap_or(0).saturating_mul(chunk));
-                while sound > 0
-                    && self
-                        .values::<f64>(table.group, &variable.name, sound - 1..sound)
-                        .is_err()
-                {
+                let last = |rows: usize| self.values::<f64>(table.group, &variable.name, rows - 1..rows);
+                while sound > 0 && last(sound).is_err() {
                     sound = (sound - 1) / chunk * chunk;
                 }
             }
@@ -563,43 +551,33 @@ impl ResultFile {
         name: &str,
         range: Range<usize>,
     ) -> Result<Vec<T>, ResultError> {
-        let info = self.dataset(group, name)?;
-        let size = info.size();
+        let size = self.dataset(group, name)?.size();
         if range.end > size {
-            return Err(self
-                .source
-                .missing(format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
+            let what = format!("row {} in /{group}/{name}, but {size} rows", range.end - 1);
+            return Err(self.source.missing(what));
         }
         self.source.read_rows(&format!("{group}/{name}"), range)
     }
 
     fn dataset(&self, group: &str, name: &str) -> Result<DatasetInfo, ResultError> {
-        let info = self.source.dataset(&format!("{group}/{name}"))?;
-        let info = match info {
-            Some(info) => info,
-            None if self.has(group)? => return Err(self.source.missing(format!("variable /{group}/{name}"))),
+        let what = match self.source.dataset(&format!("{group}/{name}"))? {
+            Some(info) if group != group::INPUT && (info.shape.len() != 1 || !info.holds.is_number()) => {
+                let (found, shape) = (info.holds.name(), info.shape);
+                format!("column of numbers /{group}/{name}, but {found} of shape {shape:?}")
+            }
+            Some(info) => return Ok(info),
+            None if self.has(group)? => format!("variable /{group}/{name}"),
             None => {
                 let there: Vec<String> = self.source.members("")?.into_iter().map(|member| member.name).collect();
-                return Err(self
-                    .source
-                    .missing(format!("group /{group} (there are: {})", there.join(", "))));
+                format!("group /{group} (there are: {})", there.join(", "))
             }
         };
-        if group != group::INPUT && (info.shape.len() != 1 || !info.holds.is_number()) {
-            let what = format!(
-                "column of numbers /{group}/{name}, but {} of shape {:?}",
-                info.holds.name(),
-                info.shape
-            );
-            return Err(self.source.missing(what));
-        }
-        Ok(info)
+        Err(self.source.missing(what))
     }
 
     fn attribute(&self, object: &str, name: &str) -> Result<AttributeValue, ResultError> {
-        self.source
-            .attribute(object, name)?
-            .ok_or_else(|| self.source.missing(format!("attribute {name} in /{object}")))
+        let value = self.source.attribute(object, name)?;
+        value.ok_or_else(|| self.source.missing(format!("attribute {name} in /{object}")))
     }
 
     fn attributes_of(&self, group: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
@@ -632,7 +610,7 @@ struct ReaderRows<'a> {
 
 impl<'a> ReaderRows<'a> {
     fn read(file: &'a ResultFile, table: &'a schema::TableSchema, range: Range<usize>) -> Result<Self, ResultError> {
-        let column = |variable: &Variable| file.numbers(table.group, &variable.name, range.clone());
+        let column = |variable: &Variable| file.table_values(table.group, &variable.name, range.clone());
         Ok(ReaderRows {
             columns: table.variables.iter().map(column).collect::<Result<_, _>>()?,
             first: range.start,
@@ -676,7 +654,7 @@ pub struct AddedGroup {
 /// Values row by row, and numbers of rows and columns.
 pub type Matrix = (Vec<f64>, [usize; 2]);
 
-fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
+pub(super) fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
     (0..rows)
         .step_by(BLOCK)
         .map(move |start| start..rows.min(start + BLOCK))

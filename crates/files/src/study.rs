@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_input, write_root};
-use super::certificate::Addition;
+use super::parts::Addition;
 use super::schema::{StorageKind, TableSchema, Variable};
 use super::source::uneven;
 use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader};
-use super::sweep::schema::{AXES_GROUP, FAILURES, POINT};
+use super::sweep::{AXES_GROUP, FAILURES, POINT};
 use super::table::{TableWriter, create_file, create_group};
 use super::target::Reservation;
 use super::{AttributeValue, Reason, ResultError, Status, schema};

@@ -1,18 +1,14 @@
 //! `stickslip compare`: compares the result of another solver with a reference.
-//!
-//! The figures of a report.
-//!
-//! Destination of a report.
 
 use super::arguments::{Common, CompareOptions};
-use super::input::columns;
-use super::progress::{Bar, BarKind};
-use super::reference::open_reference;
-use super::{CommandEnd, CommandError, tell};
+use super::input::{columns, open_reference};
+use super::progress::{BarKind, watched};
+use super::{CommandEnd, tell};
+use crate::Error;
+use crate::output::{Output, Product};
 use crate::plot::comparison::DrawnCandidate;
 use crate::plot::signature::REPORT as MARK;
-use crate::plot::target::{self, Product};
-use crate::plot::{self, DrawnRun, Figure, PlotError};
+use crate::plot::{self, DrawnRun, Figure};
 use crate::report::{DrawnPage, Page, PagePart, Report, html, markdown};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -39,22 +35,20 @@ impl Report for CompareReport<'_> {
     }
 }
 
-pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, CommandError> {
+pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, Error> {
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
-    let requirements = requirements
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(CommandError::input)?;
+    let requirements = requirements.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
     let report = options.report.as_deref();
-    let report = report.map(|path| ReportTarget::check(path, options)).transpose()?;
+    let report = report.map(|path| ReportTarget::new(path, options)).transpose()?;
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
-        let bar = Bar::new(common, BarKind::Share, &Arc::default());
-        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
-        bar.finish();
+        let comparison = watched(common, BarKind::Share, &Arc::default(), |bar| {
+            reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path))
+        });
         Ok(comparison?)
     });
-    let comparisons = comparisons.collect::<Result<Vec<_>, CommandError>>()?;
+    let comparisons = comparisons.collect::<Result<Vec<_>, Error>>()?;
     let shortfalls: Vec<String> = comparisons
         .iter()
         .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
@@ -62,7 +56,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     if let Some(target) = report {
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
-            let figures = figures((&reference, &mapping), c, (target.path(), number));
+            let figures = figures((&reference, &mapping), c, (target.output.path(), number));
             // The figures follow the paragraph about the files.
             page.parts.splice(1..1, figures);
             page
@@ -80,7 +74,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     tell(common, &report)?;
     match shortfalls.is_empty() {
         true => Ok(CommandEnd::Done),
-        false => Err(CommandError::computation(shortfalls.join("; "))),
+        false => Err(Error::computation(shortfalls.join("; "))),
     }
 }
 
@@ -117,7 +111,7 @@ pub(super) fn figures(
     (report, number): (&Path, usize),
 ) -> Vec<PagePart> {
     let stem = report.file_stem().unwrap_or_default().to_string_lossy();
-    let drawn = || -> Result<Vec<PagePart>, PlotError> {
+    let drawn = || -> Result<Vec<PagePart>, Error> {
         let run = DrawnRun::open(Path::new(&comparison.reference))?;
         let path = Path::new(&comparison.candidate);
         let beside = DrawnCandidate {
@@ -142,66 +136,44 @@ pub(super) fn figures(
     drawn().unwrap_or_else(|error| vec![PagePart::Text(format!("no figure: {error}"))])
 }
 
-pub(super) struct ReportTarget {
-    path: PathBuf,
+/// The place of a report.
+struct ReportTarget {
+    output: Output,
     html: bool,
     force: bool,
 }
 
 impl ReportTarget {
     /// Refuses unknown formats, inputs, and existing files that are not reports, before anything is computed.
-    pub fn check(path: &Path, options: &CompareOptions) -> Result<ReportTarget, CommandError> {
+    fn new(path: &Path, options: &CompareOptions) -> Result<ReportTarget, Error> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let html = match extension.as_deref() {
             Some("html" | "htm") => true,
             Some("md") => false,
             _ => {
-                return Err(CommandError::input(format!(
-                    "{}: a report is written as HTML or Markdown; give it the extension .html or .md",
-                    path.display()
-                )));
+                let why = "a report is written as HTML or Markdown; give it the extension .html or .md";
+                return Err(Error::of_file(path, why));
             }
         };
-        let inputs = options
-            .candidates
-            .iter()
-            .chain([&options.reference])
-            .chain(&options.map)
-            .chain(&options.events);
-        let inputs: Vec<PathBuf> = inputs.cloned().collect();
-        target::check(path, Product::Report, &inputs, options.force)?;
-        Ok(ReportTarget {
-            path: path.to_owned(),
-            html,
-            force: options.force,
-        })
-    }
-
-    pub fn path(&self) -> &Path {
-        &self.path
+        let files = options.candidates.iter().chain([&options.reference]);
+        let inputs: Vec<PathBuf> = files.chain(&options.map).chain(&options.events).cloned().collect();
+        let force = options.force;
+        let output = Output::new(path, Product::Report, &inputs, force)?;
+        Ok(ReportTarget { output, html, force })
     }
 
     /// Writes the report. Figures of a Markdown report are files next to it, which replace only figures of this
     /// program.
-    pub fn write(&self, pages: &[Page]) -> Result<(), CommandError> {
-        let text = if self.html {
-            html(pages, MARK)
-        } else {
-            self.write_figures(pages)?;
-            markdown(pages, MARK)
-        };
-        Ok(target::write(&self.path, Product::Report, &[text.as_bytes()])?)
-    }
-
-    fn write_figures(&self, pages: &[Page]) -> Result<(), CommandError> {
-        let figures = pages.iter().flat_map(|page| &page.parts);
-        for part in figures {
-            let PagePart::Figure(figure) = part else { continue };
-            let path = self.path.with_file_name(&figure.file);
-            let figures = Product::Figure(Product::Report.option());
-            target::check(&path, figures, &[], self.force)?;
-            target::write(&path, figures, &[figure.svg.as_bytes()])?;
+    fn write(&self, pages: &[Page]) -> Result<(), Error> {
+        if self.html {
+            return self.output.write(&[html(pages, MARK).as_bytes()]);
         }
-        Ok(())
+        for part in pages.iter().flat_map(|page| &page.parts) {
+            let PagePart::Figure(figure) = part else { continue };
+            let path = self.output.path().with_file_name(&figure.file);
+            let product = Product::Figure(Product::Report.option());
+            Output::new(&path, product, &[], self.force)?.write(&[figure.svg.as_bytes()])?;
+        }
+        self.output.write(&[markdown(pages, MARK).as_bytes()])
     }
 }

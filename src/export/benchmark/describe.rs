@@ -1,9 +1,11 @@
-//! Machine-readable descriptions of a package: Data Package (Frictionless, version 1) and RO-Crate 1.1.
+//! Machine-readable descriptions of a package: its parameters, Data Package (Frictionless, version 1) and RO-Crate 1.1.
 
 use super::{About, MARK, RO_CRATE};
 use serde_json::{Value, json};
+use stickslip_case::input::json_of_value;
 use stickslip_files::schema::{StorageKind, Variable};
 use stickslip_system::quote::bound;
+use toml_edit::{DocumentMut, Item, Table};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Resource {
@@ -194,4 +196,50 @@ pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
     }));
     graph.extend(further);
     printed(&json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph }))
+}
+
+/// Parameters of the resolved case in SI, with units and meanings from its comments.
+pub(super) fn parameters(resolved: &str) -> String {
+    let mut found = Vec::new();
+    if let Ok(document) = resolved.parse::<DocumentMut>() {
+        add_parameters("", document.as_table(), &mut found);
+    }
+    printed(&json!({ "parameters": found }))
+}
+
+/// Keys have dots and indices of elements: torsion.damping, perturbation.0.time.
+fn add_parameters(at: &str, table: &Table, found: &mut Vec<Value>) {
+    for (name, item) in table {
+        let key = format!("{at}{name}");
+        match item {
+            Item::Value(value) => {
+                let comment = value
+                    .decor()
+                    .suffix()
+                    .and_then(|suffix| suffix.as_str())
+                    .unwrap_or_default();
+                let comment = comment.trim().trim_start_matches('#').trim();
+                let mut parameter = json!({ "key": key, "value": json_of_value(value) });
+                // The unit is at the end of the comment.
+                let meaning = match comment.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
+                    Some((meaning, unit)) => {
+                        parameter["unit"] = unit.into();
+                        meaning.trim()
+                    }
+                    None => comment,
+                };
+                if !meaning.is_empty() {
+                    parameter["meaning"] = meaning.into();
+                }
+                found.push(parameter);
+            }
+            Item::Table(inner) => add_parameters(&format!("{key}."), inner, found),
+            Item::ArrayOfTables(list) => {
+                for (k, inner) in list.iter().enumerate() {
+                    add_parameters(&format!("{key}.{k}."), inner, found);
+                }
+            }
+            Item::None => {}
+        }
+    }
 }

@@ -5,20 +5,21 @@
 //! | module | contents |
 //! |---|---|
 //! | `pages` | the pages for readers, and the script that repeats the run |
-//! | `parameters` | the resolved case as a list with units |
-//! | `describe` | `datapackage.json` and `ro-crate-metadata.json` |
+//! | `describe` | `parameters.json`, `datapackage.json` and `ro-crate-metadata.json` |
 
 mod describe;
 mod pages;
-mod parameters;
 
+use super::formats;
 use super::request::{Which, columns};
-use super::table::ExportTable;
-use super::{ExportError, csv};
+use super::table::{BLOCK, ExportTable, Spool};
+use crate::Error;
+use crate::output::Product;
 use describe::Resource;
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::Write;
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_analysis::provenance;
@@ -73,12 +74,12 @@ pub fn write(
     terms: &Terms,
     force: bool,
     stop: &AtomicBool,
-) -> Result<Option<Vec<String>>, ExportError> {
+) -> Result<Option<Vec<String>>, Error> {
     let file = open_sound(path)?;
     check_terms(terms)?;
     check_folder(folder, force)?;
     let (about, events) = examine(&file, terms)?;
-    let failed = |error| ExportError::io(folder, "writing the package", error);
+    let failed = |error| Product::Table.failed(folder, "writing the package", error);
     let parent = folder_of(folder);
     let made = tempfile::Builder::new()
         .prefix(".stickslip-")
@@ -103,13 +104,13 @@ pub fn write(
 
 const OPTIONAL: [&str; 3] = ["exact-events.csv", "sensitivities.csv", "example.py"];
 
-fn check_terms(terms: &Terms) -> Result<(), ExportError> {
+fn check_terms(terms: &Terms) -> Result<(), Error> {
     let is_identifier = |text: &str| {
         let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+');
         !text.is_empty() && text.len() <= 64 && text.chars().all(is_part)
     };
     match &terms.license {
-        Some(text) if !is_identifier(text) => Err(ExportError::Asked(format!(
+        Some(text) if !is_identifier(text) => Err(Error::input(format!(
             "--license {}: not an SPDX identifier; give one such as CC-BY-4.0 or CC0-1.0",
             stickslip_system::quote::shown(text)
         ))),
@@ -117,8 +118,8 @@ fn check_terms(terms: &Terms) -> Result<(), ExportError> {
     }
 }
 
-fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
-    let refuse = |what: &str| Err(ExportError::Asked(format!("{}: {what}", folder.display())));
+fn check_folder(folder: &Path, force: bool) -> Result<(), Error> {
+    let refuse = |what: &str| Err(Error::input(format!("{}: {what}", folder.display())));
     if !folder_of(folder).is_dir() {
         return refuse("the folder that is to hold it does not exist; create it, or choose another with -o");
     }
@@ -139,12 +140,12 @@ fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
     refuse("there already, and not a benchmark package; choose another folder with -o, or write into it with --force")
 }
 
-fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTable<'a>), ExportError> {
+fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTable<'a>), Error> {
     let rows = file.table_rows(group::EVENTS)?;
     let of_events = columns(file, Which::Events)?;
     let path = file.path().display();
     if !of_events.iter().any(|(column, _)| column.name == TIME_UNCERTAINTY) {
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: it has no certificate, and a benchmark needs one; make it with stickslip \
              certify {path} -o NAME.h5, and export that"
         )));
@@ -160,12 +161,11 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
         } else {
             remedy
         };
-        return Err(ExportError::Asked(format!(
+        return Err(Error::input(format!(
             "{path}: none of its events is certain by its certificate, so nothing can be compared with it; {remedy}"
         )));
     }
-    let of_meta =
-        |name: &str| -> Result<String, ExportError> { Ok(file.group_text(group::META, name)?.unwrap_or_default()) };
+    let of_meta = |name: &str| -> Result<String, Error> { Ok(file.group_text(group::META, name)?.unwrap_or_default()) };
     let source = CaseSource::result(file.path(), file.resolved()?);
     let certified_by = file.group_text(group::CERTIFICATE, "uncertainty_by")?;
     Ok((
@@ -189,29 +189,24 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, ExportTabl
     ))
 }
 
-/// Writes all files of the package into `folder`. Errors use its final name, `called`.
 fn fill(
     [folder, called]: [&Path; 2],
     file: &ResultFile,
     mut about: About,
     events: ExportTable<'_>,
-) -> Result<Vec<Resource>, ExportError> {
+) -> Result<Vec<Resource>, Error> {
     let mut package = Package {
         folder,
         called,
         resources: Vec::new(),
     };
-    let parameters = parameters::read(&file.resolved()?);
     // The script applies kicks before the first stick only.
     let found = file.events()?;
-    let onset = found
+    let onset = found.iter().find(|event| event.kind == EventKind::Stick);
+    let onset = onset.map_or(f64::INFINITY, |event| event.time);
+    about.example &= !found
         .iter()
-        .find(|event| event.kind == EventKind::Stick)
-        .map(|event| event.time);
-    let kicked_later = found
-        .iter()
-        .any(|event| event.kind == EventKind::Kick && onset.is_some_and(|onset| event.time > onset));
-    about.example &= !kicked_later;
+        .any(|event| event.kind == EventKind::Kick && event.time > onset);
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = ExportTable::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 
@@ -232,7 +227,7 @@ fn fill(
             "parameters.json",
             "Every parameter in SI, with its unit and meaning",
             "application/json",
-            parameters::document(&parameters),
+            describe::parameters(&file.resolved()?),
         ),
         (
             "equations.md",
@@ -292,7 +287,8 @@ fn fill(
         (RO_CRATE, describe::ro_crate(&about, &resources)),
     ];
     for (name, text) in described {
-        fs::write(folder.join(name), text).map_err(|error| ExportError::io(&called.join(name), "writing", error))?;
+        fs::write(folder.join(name), text)
+            .map_err(|error| Product::Table.failed(&called.join(name), "writing", error))?;
     }
     Ok(resources)
 }
@@ -304,75 +300,58 @@ struct Package<'a> {
 }
 
 impl Package<'_> {
-    fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), ExportError> {
-        self.write(name, title, media, None, |file, path| {
-            file.write_all(text.as_bytes())
-                .map_err(|error| ExportError::io(path, "writing", error))
-        })
+    fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), Error> {
+        let failed = |error| Product::Table.failed(&self.called.join(name), "writing", error);
+        fs::write(self.folder.join(name), text).map_err(failed)?;
+        self.add(name, title, media, None)
     }
 
-    fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), ExportError> {
-        let schema = describe::schema(&table.columns, key);
-        self.write(name, title, "text/csv", Some(schema), |file, path| {
-            csv::write(&csv::plain_header(&table.columns), table, file, path)
-        })
-    }
-
-    fn write(
-        &mut self,
-        name: &str,
-        title: &str,
-        media: &'static str,
-        schema: Option<serde_json::Value>,
-        fill: impl FnOnce(&mut Summed, &Path) -> Result<(), ExportError>,
-    ) -> Result<(), ExportError> {
+    fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), Error> {
         let called = self.called.join(name);
-        let file =
-            fs::File::create(self.folder.join(name)).map_err(|error| ExportError::io(&called, "writing", error))?;
-        let mut file = Summed {
-            file,
-            digest: Sha256::new(),
-            bytes: 0,
-        };
-        fill(&mut file, &called)?;
+        let file = fs::File::create(self.folder.join(name));
+        let file = file.map_err(|error| Product::Table.failed(&called, "writing", error))?;
+        let names = table.columns.iter().map(|column| column.name.clone());
+        formats::csv(&formats::csv_line(names), table, file, &called)?;
+        self.add(name, title, "text/csv", Some(describe::schema(&table.columns, key)))
+    }
+
+    fn add(&mut self, name: &str, title: &str, media: &'static str, schema: Option<Value>) -> Result<(), Error> {
+        let summed = summed(&self.folder.join(name));
+        let (bytes, sha256) =
+            summed.map_err(|error| Product::Table.failed(&self.called.join(name), "reading", error))?;
         self.resources.push(Resource {
             path: name.to_owned(),
             title: title.to_owned(),
             media,
-            bytes: file.bytes,
-            sha256: file
-                .digest
-                .finalize()
-                .iter()
-                .map(|byte| format!("{byte:02x}"))
-                .collect(),
+            bytes,
+            sha256,
             schema,
         });
         Ok(())
     }
 }
 
-struct Summed {
-    file: fs::File,
-    digest: Sha256,
-    bytes: u64,
-}
-
-impl Write for Summed {
-    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let count = self.file.write(buffer)?;
-        self.digest.update(&buffer[..count]);
-        self.bytes += count as u64;
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
+/// Size and SHA-256 digest of a file.
+fn summed(path: &Path) -> io::Result<(u64, String)> {
+    let mut reader = BufReader::new(fs::File::open(path)?);
+    let (mut bytes, mut digest) = (0, Sha256::new());
+    loop {
+        let block = reader.fill_buf()?;
+        let size = block.len();
+        if size == 0 {
+            return Ok((
+                bytes,
+                digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+            ));
+        }
+        digest.update(block);
+        bytes += size as u64;
+        reader.consume(size);
     }
 }
 
 /// The table /sensitivity/time_sensitivity, with a row for each event and parameter; `None` if the file has none.
-fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, ExportError> {
+fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, Error> {
     const GROUP: &str = group::SENSITIVITY;
     let Some((values, [rows, width])) = file.matrix(GROUP, "time_sensitivity")? else {
         return Ok(None);
@@ -400,15 +379,21 @@ fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, Expo
         let long_name = "how far time_sensitivity can be off, in its unit; NaN: not known";
         columns.push(Variable::quantity("time_sensitivity_uncertainty", "1", long_name));
     }
-    let mut spool = super::table::Spool::new(columns.len())?;
-    for row in 0..rows {
-        for k in 0..width {
-            let mut cells = vec![row as f64, k as f64, k as f64, values[row * width + k]];
-            if let Some((uncertainty, _)) = &uncertainty {
-                cells.push(uncertainty.get(row * width + k).copied().unwrap_or(f64::NAN));
-            }
-            spool.push(&cells)?;
-        }
+    let indices = |of: fn(usize, usize) -> usize| (0..rows * width).map(|place| of(place, width) as f64).collect();
+    let (event, parameter): (Vec<f64>, Vec<f64>) = (
+        indices(|place, width| place / width),
+        indices(|place, width| place % width),
+    );
+    let mut cells = vec![event, parameter.clone(), parameter, values];
+    cells.extend(uncertainty.map(|(mut uncertainty, _)| {
+        uncertainty.resize(rows * width, f64::NAN);
+        uncertainty
+    }));
+    let mut spool = Spool::new()?;
+    for start in (0..rows * width).step_by(BLOCK) {
+        let block = start..(start + BLOCK).min(rows * width);
+        let block: Vec<Vec<f64>> = cells.iter().map(|column| column[block.clone()].to_vec()).collect();
+        spool.push(&block)?;
     }
-    spool.finish("sensitivities", columns).map(Some)
+    Ok(Some(spool.finish("sensitivities", columns)))
 }

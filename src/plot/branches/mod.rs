@@ -1,45 +1,36 @@
-//! Figures of a continuation: a quantity along its branches, and special points in the plane of two parameters.
-//!
-//! | module | contents |
-//! |---|---|
-//! | [`quantity`] | the quantities of a point |
-//! | `lines` | the lines of a branch |
-//! | `marks` | the marks of special points |
-//! | [`page`] | the interactive page |
+//! Figures of a continuation: a quantity along its branches, and special points in the plane of two parameters. `quantity`: the
+//! quantities of a point. `page`: the interactive page.
 
-pub mod lines;
-pub mod marks;
+use super::figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel, drawn};
+use super::studies::data::{drawn_axis, unknown};
+use super::studies::{StudyEntry, entry, refused, title};
+use super::style::{BLACK, BLUE, VERMILLION, line_color};
+use crate::Error;
+use plotters::style::RGBColor;
+use quantity::{BranchQuantity, QUANTITIES, Value};
+use std::ops::RangeInclusive;
+use std::path::Path;
+use stickslip_analysis::continuation::{Branch, BranchPoint, Special, Stored};
+use stickslip_analysis::cycle::{Border, CycleStability};
+
 pub mod page;
 pub mod quantity;
-
-use super::error::{PlotError, hint};
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
-use super::studies::StudyEntry;
-use super::studies::data::drawn_axis;
-use super::style::{BLACK, BLUE, line_color};
-use plotters::style::RGBColor;
-use quantity::{BranchQuantity, QUANTITIES};
-use std::path::Path;
-use stickslip_analysis::continuation::{Branch, Special, Stored};
-use stickslip_analysis::cycle::CycleStability;
 
 const BRANCHES: &str = "branches";
 const SPECIAL_POINTS: &str = "special-points";
 
 /// The kinds of figures.
 pub const ENTRIES: [StudyEntry; 2] = [
-    StudyEntry {
-        name: BRANCHES,
-        title: "A quantity along branches, over the number that varies",
-        of: "continuation",
-        paper_figure: None,
-    },
-    StudyEntry {
-        name: SPECIAL_POINTS,
-        title: "Special points in the plane of two numbers",
-        of: "continuation in two numbers",
-        paper_figure: None,
-    },
+    entry(
+        BRANCHES,
+        "A quantity along branches, over the number that varies",
+        "continuation",
+    ),
+    entry(
+        SPECIAL_POINTS,
+        "Special points in the plane of two numbers",
+        "continuation in two numbers",
+    ),
 ];
 
 const OF_CYCLES: [&str; 3] = ["amplitude", "relative_velocity", "period"];
@@ -48,7 +39,6 @@ const OF_STEADY: [&str; 2] = ["position", "growth_rate"];
 /// Kinds of motion: whether it is steady, name, colour.
 const KINDS: [(bool, &str, RGBColor); 2] = [(true, "steady sliding", BLACK), (false, "cycles", BLUE)];
 
-/// Stabilities with their line styles.
 const STYLES: [(CycleStability, CurveStyle); 3] = [
     (CycleStability::Stable, CurveStyle::Solid),
     (CycleStability::Unstable, CurveStyle::Dashed),
@@ -69,7 +59,7 @@ impl<'a> Branches<'a> {
     ///
     /// # Errors
     /// The file is of another kind, of a newer version, or damaged.
-    pub fn read(path: &'a Path) -> Result<Branches<'a>, PlotError> {
+    pub fn read(path: &'a Path) -> Result<Branches<'a>, Error> {
         Ok(Branches {
             path,
             stored: Stored::read(path)?,
@@ -77,16 +67,10 @@ impl<'a> Branches<'a> {
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
-    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, PlotError> {
+    pub fn quantity(&self, name: &str) -> Result<&'static BranchQuantity, Error> {
         let known: Vec<&str> = self.known().map(|quantity| quantity.name).collect();
         let found = self.known().find(|quantity| quantity.name == name);
-        found.ok_or_else(|| PlotError::NotInStudy {
-            path: self.path.to_owned(),
-            what: "quantity",
-            name: name.to_owned(),
-            hint: hint(name, known.iter().copied()),
-            known: known.join(", "),
-        })
+        found.ok_or_else(|| unknown(self.path, "quantity", name, &known))
     }
 
     fn known(&self) -> impl Iterator<Item = &'static BranchQuantity> {
@@ -111,7 +95,7 @@ impl<'a> Branches<'a> {
     ///
     /// # Errors
     /// A quantity is unknown, or there is nothing to draw.
-    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, PlotError> {
+    pub fn figures(&self, quantities: &[String]) -> Result<Vec<Figure>, Error> {
         let chosen = match quantities {
             [] => self.of_interest(),
             names => names.iter().map(|name| self.quantity(name)).collect::<Result<_, _>>()?,
@@ -121,16 +105,13 @@ impl<'a> Branches<'a> {
             figures.extend(self.plane());
         }
         match figures.is_empty() {
-            true => Err(PlotError::Study {
-                path: self.path.to_owned(),
-                why: "has no points; there is nothing to draw".to_owned(),
-            }),
+            true => refused(self.path, "has no points; there is nothing to draw"),
             false => Ok(figures),
         }
     }
 
     /// Figures of all quantities, and of the curves of special points.
-    pub fn all(&self) -> Result<Vec<Figure>, PlotError> {
+    pub fn all(&self) -> Result<Vec<Figure>, Error> {
         let names: Vec<String> = self.known().map(|quantity| quantity.name.to_owned()).collect();
         let mut figures = self.figures(&names)?;
         if !names.is_empty() {
@@ -145,8 +126,7 @@ impl<'a> Branches<'a> {
     }
 
     fn title(&self, what: &str) -> String {
-        let incomplete = if self.stored.complete { "" } else { " (incomplete)" };
-        format!("{}{incomplete}: {what}", self.stored.title)
+        title((&self.stored.title, self.stored.complete), what)
     }
 
     /// A quantity along all branches. Stable parts are solid, unstable parts dashed, and others dotted.
@@ -162,15 +142,15 @@ impl<'a> Branches<'a> {
                     let values = quantity
                         .sides()
                         .take(sides)
-                        .flat_map(|of| lines::pieces(branch, stability, of));
+                        .flat_map(|of| pieces(branch, stability, of));
                     values.collect::<Vec<_>>()
                 });
                 let label = format!("{what}, {}", stability.name());
-                curves.push(Curve::pieces(&label, color, lines::joined(pieces.collect(), PartialEq::eq)).styled(style));
+                curves.push(Curve::pieces(&label, color, joined(pieces.collect(), PartialEq::eq)).styled(style));
             }
         }
         for special in Special::ALL {
-            let (words, color, shape) = marks::mark(special);
+            let (words, color, shape) = mark(special);
             let points = stored
                 .branches
                 .iter()
@@ -186,7 +166,7 @@ impl<'a> Branches<'a> {
         drawn(Special::ALL.iter().enumerate().map(|(number, special)| {
             let of_kind = self.stored.curves.iter().filter(|curve| curve.0 == *special);
             let pieces = of_kind.map(|curve| curve.1.iter().map(|&[x, y]| (x, y)).collect());
-            Curve::pieces(marks::mark(*special).0, line_color(number), pieces.collect())
+            Curve::pieces(mark(*special).0, line_color(number), pieces.collect())
         }))
     }
 
@@ -210,4 +190,95 @@ fn places(branch: &Branch, special: Special, quantity: &BranchQuantity) -> Vec<(
     let own = branch.points.iter().filter(|point| point.special == Some(special));
     let places = own.flat_map(|point| quantity.sides().map(move |of| (point.value, of(branch, point))));
     places.filter(|place| place.1.is_finite()).collect()
+}
+
+/// Stability between successive points. It changes at special points: a link has that of its ordinary end.
+pub fn links(branch: &Branch) -> Vec<CycleStability> {
+    let marks_a_change = |point: &BranchPoint| point.special.is_some() || point.stability == CycleStability::Neutral;
+    let between = |pair: &[BranchPoint]| match (marks_a_change(&pair[0]), marks_a_change(&pair[1])) {
+        (false, _) => pair[0].stability,
+        (true, false) => pair[1].stability,
+        (true, true) if pair[0].stability == pair[1].stability => pair[0].stability,
+        (true, true) => CycleStability::Neutral,
+    };
+    branch.points.windows(2).map(between).collect()
+}
+
+/// Numbers of successive points of a branch with this stability between them.
+fn stretches(branch: &Branch, stability: CycleStability) -> Vec<RangeInclusive<usize>> {
+    let (mut stretches, mut from) = (Vec::new(), 0);
+    for alike in links(branch).chunk_by(PartialEq::eq) {
+        if alike[0] == stability {
+            stretches.push(from..=from + alike.len());
+        }
+        from += alike.len();
+    }
+    stretches
+}
+
+/// Pieces of a branch with this stability, as points (parameter, value).
+pub fn pieces(branch: &Branch, stability: CycleStability, of: Value) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces = Vec::new();
+    for stretch in stretches(branch, stability) {
+        let points = branch.points[stretch]
+            .iter()
+            .map(|point| (point.value, of(branch, point)));
+        let points: Vec<(f64, f64)> = points.collect();
+        let known = points
+            .split(|point| !point.1.is_finite())
+            .filter(|piece| piece.len() > 1);
+        pieces.extend(known.map(<[_]>::to_vec));
+    }
+    pieces
+}
+
+/// Joins pieces that start in one point (both directions of a branch), so that dashes are regular there. `same`: whether
+/// two points have one place.
+pub fn joined<T>(pieces: Vec<Vec<T>>, same: impl Fn(&T, &T) -> bool) -> Vec<Vec<T>> {
+    let mut found: Vec<Vec<T>> = Vec::new();
+    for piece in pieces {
+        let begins = |other: &&mut Vec<T>| match (other.first(), piece.first()) {
+            (Some(a), Some(b)) => same(a, b),
+            _ => false,
+        };
+        match found.iter_mut().find(begins) {
+            Some(other) => {
+                other.reverse();
+                other.extend(piece.into_iter().skip(1));
+            }
+            None => found.push(piece),
+        }
+    }
+    found
+}
+
+const CIRCLE: MarkShape = MarkShape::open(&[]);
+const SQUARE: MarkShape = MarkShape::open(&[(-9, -9), (9, -9), (9, 9), (-9, 9)]);
+const TIP_UP: MarkShape = MarkShape::open(&[(0, -12), (11, 8), (-11, 8)]);
+const TIP_DOWN: MarkShape = MarkShape::open(&[(0, 12), (11, -8), (-11, -8)]);
+const TIP_LEFT: MarkShape = MarkShape::open(&[(-8, -11), (12, 0), (-8, 11)]);
+const DIAMOND: MarkShape = MarkShape::open(&[(0, -13), (13, 0), (0, 13), (-13, 0)]);
+const HEXAGON: MarkShape = MarkShape::open(&[(-6, -10), (6, -10), (12, 0), (6, 10), (-6, 10), (-12, 0)]);
+const DIAGONAL: MarkShape = MarkShape::open(&[(-10, -10), (10, 10), (-10, 10), (10, -10)]).crossed();
+const PLUS: MarkShape = MarkShape::open(&[(-13, 0), (13, 0), (0, -13), (0, 13)]).crossed();
+
+/// Legend name, colour and shape for a kind of special point: filled for eigenvalues or multipliers, open for changes of
+/// the event sequence.
+pub fn mark(special: Special) -> (&'static str, RGBColor, MarkShape) {
+    let border = |words, shape| (words, VERMILLION, shape);
+    match special {
+        Special::Hopf => ("Hopf", BLACK, CIRCLE.filled()),
+        Special::Fold => ("fold", BLACK, SQUARE.filled()),
+        Special::Flip => ("flip", BLACK, TIP_UP.filled()),
+        Special::Torus => ("torus", BLACK, DIAMOND.filled()),
+        Special::BranchPoint => ("branch point", BLACK, DIAGONAL),
+        Special::Border(Border::Touch | Border::Graze) => border("grazing of a slip", CIRCLE),
+        Special::Border(Border::Breakaway | Border::Release) => border("grazing of a stick", SQUARE),
+        Special::Border(Border::Landing) => border("stick without length", TIP_UP),
+        Special::Border(Border::Reversal) => border("reversal sticks", TIP_DOWN),
+        Special::Border(Border::Opening) => border("loss of contact", DIAMOND),
+        Special::Border(Border::Closing) => border("contact closes within", PLUS),
+        Special::Border(Border::Slip) => border("slip without length", TIP_LEFT),
+        Special::Border(Border::Separation) => border("separation without length", HEXAGON),
+    }
 }

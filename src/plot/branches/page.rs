@@ -1,22 +1,20 @@
 //! The interactive page of a continuation: any quantity along the branches, with the command that computes each point.
 
-use super::lines::{joined, links};
-use super::marks::mark;
 use super::quantity::{BranchQuantity, Value};
-use super::{Branches, KINDS, STYLES};
-use crate::plot::PlotError;
+use super::{Branches, KINDS, STYLES, joined, mark, stretches};
+use crate::Error;
+use crate::output::{Output, Product};
 use crate::plot::figure::{Axis, MarkShape};
 use crate::plot::html::{self, Doubles, PageDocument, counted, file_name};
-use crate::plot::points::{
+use crate::plot::html::{
     ColumnRole, LETTERS, Overlay, PointColumn, PointCommand, PointLine, PointMark, PointsContent, PointsPage,
     SIZE_LIMIT,
 };
 use crate::plot::studies::data::drawn_axis;
+use crate::plot::studies::refused;
 use crate::plot::style;
-use crate::plot::target::{self, Product};
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Special};
-use stickslip_analysis::cycle::CycleStability;
 use stickslip_system::quote::in_shell;
 
 const HINT: &str = "Lines are full where the motion is stable, dashed where it is unstable, dotted where it is neutral. The pointer \
@@ -29,9 +27,9 @@ const RADIUS: f64 = 4.5;
 /// Writes the page to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// Unknown quantity, too many points, or an obstacle at `path`: see `target::check`; a full disk.
-pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
-    target::check(path, Product::Page, &[file.path.to_owned()], force)?;
+/// Unknown quantity, too many points, or an obstacle at `path`: see [`Output::new`]; a full disk.
+pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, Error> {
+    let output = Output::new(path, Product::Page, &[file.path.to_owned()], force)?;
     let stored = &file.stored;
     let chosen: Vec<&BranchQuantity> = match quantities {
         [] => file.known().collect(),
@@ -42,12 +40,12 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
     // The page repeats sequences of events.
     let sequences: usize = points(file).map(|(_, point)| point.sequence.len() + 3).sum();
     if count * (LETTERS * (columns.len() + chosen.len()) + 6) + sequences > SIZE_LIMIT {
-        return Err(PlotError::Study {
-            path: file.path.to_owned(),
-            why: format!(
+        return refused(
+            file.path,
+            format!(
                 "{count} points are too many for a page; choose quantities with --quantity NAME, or draw a figure with -o"
             ),
-        });
+        );
     }
     let interest = file.of_interest();
     let first = chosen
@@ -83,7 +81,7 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
         points: count,
         branches: Some(branches),
         quantities: chosen.len(),
-        bytes: page.write(&html::POINTS, path)?,
+        bytes: page.write(&html::POINTS, &output)?,
     })
 }
 
@@ -92,7 +90,6 @@ fn points<'a>(file: &'a Branches) -> impl Iterator<Item = (&'a Branch, &'a Branc
     branches.flat_map(|branch| branch.points.iter().map(move |point| (branch, point)))
 }
 
-/// Number of the first point of each branch.
 fn firsts(branches: &[Branch]) -> impl Iterator<Item = usize> {
     branches.iter().scan(0, |next, branch| {
         let first = *next;
@@ -210,7 +207,6 @@ fn spectrum(file: &Branches) -> Vec<PointColumn> {
     columns
 }
 
-/// The lines of each kind of motion and stability.
 fn drawn_lines(branches: &[Branch]) -> Vec<PointLine> {
     let mut lines = Vec::new();
     for (steady, what, color) in KINDS {
@@ -218,7 +214,9 @@ fn drawn_lines(branches: &[Branch]) -> Vec<PointLine> {
             let mut pieces = Vec::new();
             for (branch, first) in branches.iter().zip(firsts(branches)) {
                 if branch.steady == steady {
-                    pieces.extend(numbered(branch, first, stability));
+                    let place = |k: usize| (first + k, (branch.points[k].value, branch.points[k].position));
+                    let own = stretches(branch, stability).into_iter();
+                    pieces.extend(own.map(|stretch| stretch.map(place).collect::<Vec<_>>()));
                 }
             }
             let pieces = joined(pieces, |a, b| a.1 == b.1);
@@ -238,42 +236,28 @@ fn drawn_lines(branches: &[Branch]) -> Vec<PointLine> {
     lines
 }
 
-type Numbered = (usize, (f64, (f64, f64)));
-
-/// The pieces of a branch with one stability: number and place of each point.
-fn numbered(branch: &Branch, first: usize, stability: CycleStability) -> Vec<Vec<Numbered>> {
-    let place = |k: usize| (first + k, (branch.points[k].value, branch.points[k].position));
-    let (mut pieces, mut from) = (Vec::new(), 0);
-    for own in links(branch).chunk_by(|a, b| a == b) {
-        if own[0] == stability {
-            pieces.push((from..=from + own.len()).map(place).collect());
-        }
-        from += own.len();
-    }
-    pieces
-}
-
 fn marked(special: Special) -> PointMark {
     let (name, color, shape) = mark(special);
     PointMark {
         name,
         colour: style::name(color),
         path: outline(shape),
-        filled: shape.is_filled(),
+        filled: shape.filled,
     }
 }
 
 fn outline(shape: MarkShape) -> String {
-    let Some(corners) = shape.corners() else {
+    let corners = shape.corners(RADIUS);
+    if corners.len() == 0 {
         let r = RADIUS;
         return format!("M-{r} 0A{r} {r} 0 1 0 {r} 0A{r} {r} 0 1 0-{r} 0Z");
-    };
-    let mut path = String::new();
-    for (k, (x, y)) in corners.iter().enumerate() {
-        let begins = k == 0 || shape.is_cross() && k % 2 == 0;
-        path += &format!("{}{:.2} {:.2}", if begins { 'M' } else { 'L' }, RADIUS * x, RADIUS * y);
     }
-    if shape.is_cross() { path } else { path + "Z" }
+    let mut path = String::new();
+    for (k, (x, y)) in corners.enumerate() {
+        let begins = k == 0 || shape.cross && k % 2 == 0;
+        path += &format!("{}{x:.2} {y:.2}", if begins { 'M' } else { 'L' });
+    }
+    if shape.cross { path } else { path + "Z" }
 }
 
 fn overlay(file: &Branches) -> Option<Overlay> {

@@ -1,6 +1,7 @@
 //! Quantities of the points of a branch.
 
 use crate::plot::figure::Axis;
+use Measure::{Number, Position, Rate, Speed, Time};
 use stickslip_analysis::continuation::{Branch, BranchPoint, Stored};
 
 /// Returns the value at a point; NaN if there is none.
@@ -34,19 +35,19 @@ impl BranchQuantity {
     /// Unit in the notation of UDUNITS.
     pub fn unit<'a>(&self, stored: &'a Stored) -> &'a str {
         match self.measure {
-            Measure::Position => &stored.angle,
-            Measure::Speed => &stored.speed,
-            Measure::Time => "s",
-            Measure::Rate => "s-1",
-            Measure::Number => "1",
+            Position => &stored.angle,
+            Speed => &stored.speed,
+            Time => "s",
+            Rate => "s-1",
+            Number => "1",
         }
     }
 
     pub(in crate::plot) fn axis(&self, stored: &Stored) -> Axis {
         let axis = Axis::new(self.name_at_axis, self.unit(stored));
         match (self.measure, stored.speed.starts_with("rad")) {
-            (Measure::Speed, true) => axis.with_symbol("ωᵣ"),
-            (Measure::Speed, false) => axis.with_symbol("vᵣ"),
+            (Speed, true) => axis.with_symbol("ωᵣ"),
+            (Speed, false) => axis.with_symbol("vᵣ"),
             _ => axis,
         }
     }
@@ -57,59 +58,41 @@ impl BranchQuantity {
     }
 }
 
-const fn one(name: &'static str, words: &'static str, measure: Measure, of: Value) -> BranchQuantity {
+const fn one(name: &'static str, words: &'static str, measure: Measure, low: Value) -> BranchQuantity {
     BranchQuantity {
         name,
         words,
         name_at_axis: words,
         measure,
-        low: of,
+        low,
         high: None,
     }
 }
 
-const fn both(
-    name: &'static str,
-    words: &'static str,
-    name_at_axis: &'static str,
-    measure: Measure,
-    (low, high): (Value, Value),
-) -> BranchQuantity {
-    BranchQuantity {
-        high: Some(high),
-        ..one(name, words, measure, low).shorter(name_at_axis)
-    }
-}
-
 impl BranchQuantity {
+    const fn and(self, high: Value) -> BranchQuantity {
+        let high = Some(high);
+        BranchQuantity { high, ..self }
+    }
+
     const fn shorter(self, name_at_axis: &'static str) -> BranchQuantity {
         BranchQuantity { name_at_axis, ..self }
     }
 }
 
-const fn least_position(_: &Branch, point: &BranchPoint) -> f64 {
-    point.position.0
-}
+const LEAST_POSITION: Value = |_, point| point.position.0;
+const LARGEST_POSITION: Value = |_, point| point.position.1;
+const LEAST_VELOCITY: Value = |_, point| point.relative_velocity.0;
+const LARGEST_VELOCITY: Value = |_, point| point.relative_velocity.1;
 
-const fn largest_position(_: &Branch, point: &BranchPoint) -> f64 {
-    point.position.1
-}
-
-const fn least_velocity(_: &Branch, point: &BranchPoint) -> f64 {
-    point.relative_velocity.0
-}
-
-const fn largest_velocity(_: &Branch, point: &BranchPoint) -> f64 {
-    point.relative_velocity.1
+fn of_cycle(branch: &Branch, value: f64) -> f64 {
+    if branch.steady { f64::NAN } else { value }
 }
 
 /// Largest |multiplier| of a cycle, except the trivial one along the motion.
 fn multiplier(branch: &Branch, point: &BranchPoint) -> f64 {
     let magnitudes = point.spectrum.iter().map(|one| one.0.hypot(one.1));
-    match branch.steady {
-        true => f64::NAN,
-        false => magnitudes.fold(f64::NAN, f64::max),
-    }
+    of_cycle(branch, magnitudes.fold(f64::NAN, f64::max))
 }
 
 /// Largest growth rate of a disturbance, 1/s: the largest real part of the eigenvalues in steady sliding, or
@@ -124,71 +107,51 @@ fn growth_rate(branch: &Branch, point: &BranchPoint) -> f64 {
 
 /// All quantities in the order of lists.
 pub const QUANTITIES: &[BranchQuantity] = &[
-    one("amplitude", "amplitude", Measure::Position, |_, point| {
+    one("amplitude", "amplitude", Position, |_, point| {
         (point.position.1 - point.position.0) / 2.0
     }),
-    both(
-        "position",
-        "least and largest position",
-        "position",
-        Measure::Position,
-        (least_position, largest_position),
-    ),
-    one("least_position", "least position", Measure::Position, least_position),
+    one("position", "least and largest position", Position, LEAST_POSITION)
+        .and(LARGEST_POSITION)
+        .shorter("position"),
+    one("least_position", "least position", Position, LEAST_POSITION),
+    one("largest_position", "largest position", Position, LARGEST_POSITION),
     one(
-        "largest_position",
-        "largest position",
-        Measure::Position,
-        largest_position,
-    ),
-    both(
         "relative_velocity",
         "least and largest relative velocity",
-        "relative velocity",
-        Measure::Speed,
-        (least_velocity, largest_velocity),
-    ),
+        Speed,
+        LEAST_VELOCITY,
+    )
+    .and(LARGEST_VELOCITY)
+    .shorter("relative velocity"),
     one(
         "least_relative_velocity",
         "least relative velocity",
-        Measure::Speed,
-        least_velocity,
+        Speed,
+        LEAST_VELOCITY,
     ),
     one(
         "largest_relative_velocity",
         "largest relative velocity",
-        Measure::Speed,
-        largest_velocity,
+        Speed,
+        LARGEST_VELOCITY,
     ),
-    one("period", "period", Measure::Time, |branch, point| match branch.steady {
-        true => f64::NAN,
-        false => point.period,
-    }),
-    one("multiplier", "largest |multiplier|", Measure::Number, multiplier),
-    one("growth_rate", "growth rate", Measure::Rate, growth_rate),
-    one("unstable", "unstable directions", Measure::Number, |_, point| {
+    one("period", "period", Time, |branch, point| of_cycle(branch, point.period)),
+    one("multiplier", "largest |multiplier|", Number, multiplier),
+    one("growth_rate", "growth rate", Rate, growth_rate),
+    one("unstable", "unstable directions", Number, |_, point| {
         point.unstable as f64
     }),
-    one(
-        "sticks",
-        "sticks in a period",
-        Measure::Number,
-        |branch, point| match branch.steady {
-            true => f64::NAN,
-            false => point.sticks as f64,
-        },
-    ),
-    one(
-        "shortest_stick",
-        "duration of the shortest stick",
-        Measure::Time,
-        |_, point| point.shortest_stick,
-    )
+    one("sticks", "sticks in a period", Number, |branch, point| {
+        of_cycle(branch, point.sticks as f64)
+    }),
+    one("shortest_stick", "duration of the shortest stick", Time, |_, point| {
+        point.shortest_stick
+    })
     .shorter("shortest stick"),
     one(
         "margin",
         "distance of another sequence of events",
-        Measure::Number,
+        Number,
         |_, point| point.margin,
     )
     .shorter("margin"),

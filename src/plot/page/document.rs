@@ -1,16 +1,15 @@
 //! Facts about a run as a JSON document for the page's script.
 
+use super::form::{PageForm, PagePanel, PagePortrait, has_stick};
+use super::pair::{PagePair, paired};
+use super::trajectory::PageTrajectory;
+use crate::plot::html::{Codes, Doubles, file_name};
+use crate::plot::portraits::{ShownPortrait, few_samples, shown};
+use crate::plot::run::Sides;
+use crate::plot::run::widest_gap;
+use crate::plot::{DrawnRun, Error};
 use serde::Serialize;
 use std::rc::Rc;
-
-use super::form::{PageForm, PagePanel, PagePortrait};
-use super::orbit::PageOrbit;
-use super::pair::{PagePair, paired};
-use super::sparse::Sparse;
-use super::trajectory::Trajectory;
-use crate::plot::PlotError;
-use crate::plot::html::{Codes, Doubles, file_name};
-use crate::plot::sides::Sides;
 use stickslip_analysis::analysis::certificate::Verdict;
 use stickslip_analysis::analysis::headline::{self, HeadlineRow, is_paper_case};
 use stickslip_files::schema::{self, group, root};
@@ -22,11 +21,8 @@ use stickslip_system::record::{CycleStatistics, Event, EventKind};
 const EVENTS: usize = 5_000;
 /// Values of channels on one side of all events.
 const EVENT_VALUES: usize = 100_000;
-/// Stretches of one mode.
 const MODES: usize = 20_000;
-/// Characters of each of the two case texts.
 const TEXT: usize = 200_000;
-/// Values in each column of the certificate.
 const CERTIFICATE_ROWS: usize = 1_000;
 
 /// Attributes of /certificate in words; others are read as they are named.
@@ -42,9 +38,7 @@ const CERTIFICATE_WORDS: [(&str, &str); 7] = [
 
 #[derive(Debug, Serialize)]
 struct OneRun {
-    /// File name without the folder.
     file: String,
-    /// complete, interrupted or failed.
     status: &'static str,
     /// mu_0 r, m, of forward and of backward sliding: multiplied by the contact force, the largest stick torque.
     breakaway_arms: Option<[f64; 2]>,
@@ -52,7 +46,6 @@ struct OneRun {
     modes: PageModes,
     events: Events,
     sparse: Sparse,
-    /// The command that adds samples to sparse stretches.
     remedy: Option<String>,
 }
 
@@ -72,18 +65,16 @@ pub(super) struct RunContent<'a> {
     cycles: Cycles,
     panels: &'a [PagePanel],
     portraits: &'a [PagePortrait],
-    /// For runs without a stop.
     #[serde(skip_serializing_if = "Option::is_none")]
     orbit: Option<PageOrbit>,
     notes: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) second: Option<Second>,
-    pub(super) trajectory: Option<Trajectory>,
+    pub(super) trajectory: Option<PageTrajectory>,
 }
 
 #[derive(Debug, Serialize)]
 struct PageCertificate {
-    /// (name, value)
     attributes: Vec<(String, String)>,
     columns: Vec<CertificateColumn>,
 }
@@ -93,7 +84,6 @@ struct PageCertified {
     /// s; infinite or NaN: unknown.
     uncertainty: Doubles,
     verdict: Codes,
-    /// Names by code.
     verdicts: Vec<&'static str>,
 }
 
@@ -149,16 +139,16 @@ pub(super) struct Second {
     run: OneRun,
     /// Indices of matching events in the first and the second run.
     pairs: Vec<(usize, usize)>,
-    pub(super) trajectory: Option<Trajectory>,
+    pub(super) trajectory: Option<PageTrajectory>,
 }
 
 impl Second {
     /// `events` and `form` belong to the first run.
-    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, PlotError> {
-        let own = shown(&pair.events, &pair.form);
+    pub(super) fn of(pair: &PagePair, events: &[Event], form: &PageForm) -> Result<Second, Error> {
+        let own = listed(&pair.events, &pair.form);
         Ok(Second {
             run: OneRun::of(pair.file, &pair.form, &pair.events, &mut Vec::new())?,
-            pairs: paired(shown(events, form), own, pair.form.natural_period()),
+            pairs: paired(listed(events, form), own, pair.form.natural_period()),
             trajectory: None,
         })
     }
@@ -166,31 +156,27 @@ impl Second {
 
 impl OneRun {
     /// `events` are those of the file; cuts are added to `notes`.
-    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, PlotError> {
-        let (name, run) = (file_name(file.path()), form.run.as_deref());
+    fn of(file: &ResultFile, form: &PageForm, events: &[Event], notes: &mut Vec<String>) -> Result<OneRun, Error> {
+        let (name, run) = (file_name(file.path()), form.run());
         let sparse = run.map_or_else(|| Ok(Sparse::default()), Sparse::of)?;
         Ok(OneRun {
             remedy: sparse.remedy(&name),
             file: name,
             status: file.status().name(),
-            breakaway_arms: form.breakaway_arms,
-            torque_unit: form.torque_unit,
+            breakaway_arms: form.breakaway_arms(),
+            torque_unit: form.torque_unit(),
             modes: modes(file, notes)?,
-            events: Events::of(shown(events, form), form, events.len()),
+            events: Events::of(listed(events, form), form, events.len()),
             sparse,
         })
     }
 }
 
 impl RunContent<'_> {
-    pub(super) fn of<'a>(
-        file: &ResultFile,
-        form: &'a PageForm,
-        all_events: &[Event],
-    ) -> Result<RunContent<'a>, PlotError> {
+    pub(super) fn of<'a>(file: &ResultFile, form: &'a PageForm, all_events: &[Event]) -> Result<RunContent<'a>, Error> {
         let mut notes = Vec::new();
-        let case = form.run.as_ref().map(|run| &run.case);
-        let events = shown(all_events, form);
+        let case = form.run().map(|run| &run.case);
+        let events = listed(all_events, form);
         if events.len() < all_events.len() {
             notes.push(format!(
                 "The page lists the first {} of {} events.",
@@ -199,7 +185,7 @@ impl RunContent<'_> {
             ));
         }
         let mut orbit = None;
-        if let Some(run) = form.run.as_ref().filter(|run| !run.stops()) {
+        if let Some(run) = form.run().filter(|run| !run.stops()) {
             let (found, note) = PageOrbit::of(run)?;
             notes.extend(note);
             orbit = Some(found);
@@ -229,7 +215,7 @@ impl RunContent<'_> {
 }
 
 /// The first events, as far as their states fit on the page.
-fn shown<'a>(all: &'a [Event], form: &PageForm) -> &'a [Event] {
+fn listed<'a>(all: &'a [Event], form: &PageForm) -> &'a [Event] {
     let room = EVENTS.min(EVENT_VALUES / form.sides.len().max(1));
     &all[..all.len().min(room)]
 }
@@ -262,7 +248,6 @@ fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError
     }))
 }
 
-/// Certified uncertainties of the first `events` events, if any.
 fn certified(file: &ResultFile, events: usize) -> Result<Option<PageCertified>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
         return Ok(None);
@@ -386,4 +371,152 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<PageModes, Result
         start: starts.into_iter().collect(),
         code: codes.into_iter().collect(),
     })
+}
+
+const POINTS: usize = 30_000;
+
+/// One period of the attractor, or the end of a run that is not periodic.
+#[derive(Debug, Serialize)]
+pub(super) struct PageOrbit {
+    id: &'static str,
+    heading: &'static str,
+    hint: String,
+    /// Start and end, s.
+    from: f64,
+    to: f64,
+    period: Option<f64>,
+    x: OrbitAxis,
+    y: OrbitAxis,
+    lines: Vec<OrbitLine>,
+}
+
+#[derive(Debug, Serialize)]
+struct OrbitAxis {
+    label: String,
+    unit: String,
+}
+
+#[derive(Debug, Serialize)]
+struct OrbitLine {
+    mode: &'static str,
+    x: Doubles,
+    y: Doubles,
+}
+
+impl PageOrbit {
+    /// The orbit of the figure `phase-portrait`, and a note on omitted points.
+    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), Error> {
+        let ShownPortrait { axes, window, periodic } = shown(run);
+        let period = run.attractor_period.filter(|_| periodic);
+        let (heading, span) = match period {
+            Some(period) => ("Last period", format!("the last {period:.6} s")),
+            None => ("Phase portrait", "the run".to_owned()),
+        };
+        let colours = match has_stick(&run.system) {
+            true => ": vermilion in stick, blue and purple in slip.",
+            false => ".",
+        };
+        let few = few_samples(run, window)?.map(|few| few.replacen("it", " It", 1) + ".");
+        let few = few.unwrap_or_default();
+        let over = run.axis(axes.0)?.name;
+        let window = run.shortened(window, POINTS)?;
+        let axis = |channel: &str| -> Result<OrbitAxis, Error> {
+            let axis = run.axis(channel)?;
+            Ok(OrbitAxis {
+                label: axis.short().to_owned(),
+                unit: axis.unit,
+            })
+        };
+        let (mut lines, mut room, mut cut) = (Vec::new(), POINTS, false);
+        for (mode, pieces) in run.portrait(axes.0, axes.1, window)? {
+            for mut piece in pieces {
+                cut |= piece.len() > room;
+                piece.truncate(room);
+                room -= piece.len();
+                lines.push(OrbitLine {
+                    mode: mode.name(),
+                    x: piece.iter().map(|point| point.0).collect(),
+                    y: piece.iter().map(|point| point.1).collect(),
+                });
+            }
+        }
+        let note =
+            cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
+        let orbit = PageOrbit {
+            id: "portrait-orbit",
+            heading,
+            hint: format!("Relative velocity over {over}, of {span}{colours}{few}"),
+            from: window.0,
+            to: window.1,
+            period,
+            x: axis(axes.0)?,
+            y: axis(axes.1)?,
+            lines,
+        };
+        Ok((orbit, note))
+    }
+}
+
+const MOST: usize = 5_000;
+
+/// Samples in the shortest stretch after the remedy.
+const SAMPLES_EACH: f64 = 20.0;
+
+/// Largest number of samples in the remedy.
+const MOST_SAMPLES: f64 = 1e6;
+
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Sparse {
+    /// Start and end, s.
+    from: Doubles,
+    to: Doubles,
+    #[serde(skip)]
+    stretches: Vec<(f64, f64)>,
+}
+
+impl Sparse {
+    pub(super) fn of(run: &DrawnRun) -> Result<Sparse, Error> {
+        let mut stretches = run.undersampled(run.times)?.stretches;
+        let growth = growth(run)?;
+        // Unless figures mark it already.
+        let known = |end: f64| stretches.first().is_some_and(|first| first.0 < end);
+        if let Some(growth) = growth.filter(|growth| !known(growth.1)) {
+            stretches.insert(0, growth);
+        }
+        let shown = stretches.iter().take(MOST);
+        Ok(Sparse {
+            from: shown.clone().map(|stretch| stretch.0).collect(),
+            to: shown.map(|stretch| stretch.1).collect(),
+            stretches,
+        })
+    }
+
+    /// The command that repeats the run `name` with enough samples.
+    pub(super) fn remedy(&self, name: &str) -> Option<String> {
+        let (from, to) = (self.stretches.first()?.0, self.stretches.last()?.1);
+        // The stretch of growth is the first, and longer than a natural period.
+        let lengths = self.stretches.iter().map(|(from, to)| to - from);
+        let finest = lengths.fold(f64::INFINITY, f64::min) / SAMPLES_EACH;
+        let wanted = finest.max((to - from) / MOST_SAMPLES);
+        let power = 10f64.powf(wanted.log10().floor());
+        let interval = [5.0, 2.0, 1.0]
+            .into_iter()
+            .map(|m| m * power)
+            .find(|&one| one <= wanted)?;
+        let margin = (to - from) * 0.02;
+        let (from, to) = ((from - margin).max(0.0), to + margin);
+        Some(format!(
+            "stickslip run {name} -o NEW.h5 --set 'output.window=[{{from={from:.6}, to={to:.6}, interval={interval:.0e}}}]'"
+        ))
+    }
+}
+
+/// The part of the growth before the first contact event that has wider gaps than figures allow.
+fn growth(run: &DrawnRun) -> Result<Option<(f64, f64)>, Error> {
+    let Some(((begin, end), period)) = run.growth().zip(run.natural_period) else {
+        return Ok(None);
+    };
+    let gap = widest_gap(period);
+    let dense = run.dense_until((begin, end), gap)?.unwrap_or(begin);
+    Ok((end - dense > gap).then_some((dense, end)))
 }

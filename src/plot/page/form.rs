@@ -8,8 +8,8 @@ use std::rc::Rc;
 
 use crate::plot::labels::in_translation;
 use crate::plot::portraits::shown;
-use crate::plot::sides::Sides;
-use crate::plot::{DrawnRun, PlotError};
+use crate::plot::run::Sides;
+use crate::plot::{DrawnRun, Error};
 use stickslip_case::Motion;
 use stickslip_files::ResultFile;
 use stickslip_files::schema::{self, Variable};
@@ -79,56 +79,38 @@ struct PortraitAxis {
 #[derive(Debug)]
 pub(super) struct PageForm {
     /// `None`: this version cannot read the case; the page then lacks two values and all that follows from the case.
-    pub(super) run: Option<Box<DrawnRun>>,
+    run: Option<Box<DrawnRun>>,
+    motion: Motion,
     /// Columns of the trajectory on the page, in the order of the file.
     pub(super) variables: Vec<Variable>,
     pub(super) panels: Vec<PagePanel>,
     pub(super) portraits: Vec<PagePortrait>,
     /// Channels on both sides of each event; those of all runs first.
     pub(super) sides: Vec<(String, Rc<Sides>)>,
-    /// mu_0 r, m: multiplied by the contact force, the largest stick torque; `None` for a contact without stick.
-    /// mu_0 r of forward and of backward sliding, m.
-    pub(super) breakaway_arms: Option<[f64; 2]>,
-    pub(super) torque_unit: &'static str,
-    /// Time from which all samples are kept, s: the last period of a periodic motion.
-    pub(super) whole_from: Option<f64>,
 }
 
 impl PageForm {
     /// The form of a file; without a run, in the words of a brake.
-    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<PageForm, PlotError> {
-        let of_every_file = schema::trajectory().variables;
-        let words = PageWords {
-            run: run.as_ref(),
-            variables: run.as_ref().map_or(&of_every_file, |run| &run.variables),
+    pub(super) fn of(file: &ResultFile, run: Option<DrawnRun>) -> Result<PageForm, Error> {
+        let of_every_file = || schema::trajectory().variables;
+        let mut form = PageForm {
             motion: run.as_ref().map_or(Motion::Rotation, |run| run.case.motion()),
-        };
-        let panels = words.panels()?;
-        let curves = || panels.iter().flat_map(|panel| &panel.curves);
-        let is_drawn = |variable: &&Variable| curves().any(|curve| curve.name == variable.name);
-        let variables: Vec<Variable> = words.variables.iter().filter(is_drawn).cloned().collect();
-        let attractor = run.as_ref().filter(|run| !run.stops()).map(shown);
-        let whole_from = attractor.filter(|shown| shown.periodic).map(|shown| shown.window.0);
-        let stick = run.as_ref().map(|run| &run.system).filter(|system| has_stick(system));
-        Ok(PageForm {
-            sides: sides(file, run.as_ref(), &variables)?,
-            portraits: words.portraits(),
-            variables,
-            panels,
-            breakaway_arms: stick.map(|system| {
-                let backward = system
-                    .law
-                    .backward()
-                    .map_or(system.breakaway, |backward| backward.breakaway);
-                [system.breakaway, backward].map(|breakaway| breakaway * system.radius)
-            }),
-            torque_unit: match words.motion {
-                Motion::Rotation => "N m",
-                Motion::Translation => "N",
-            },
-            whole_from,
+            variables: run.as_ref().map_or_else(of_every_file, |run| run.variables.clone()),
             run: run.map(Box::new),
-        })
+            panels: Vec::new(),
+            portraits: Vec::new(),
+            sides: Vec::new(),
+        };
+        (form.panels, form.portraits) = (form.all_panels()?, form.all_portraits());
+        let curves = || form.panels.iter().flat_map(|panel| &panel.curves);
+        form.variables
+            .retain(|variable| curves().any(|curve| curve.name == variable.name));
+        form.sides = sides(file, form.run(), &form.variables)?;
+        Ok(form)
+    }
+
+    pub(super) fn run(&self) -> Option<&DrawnRun> {
+        self.run.as_deref()
     }
 
     pub(super) fn has(&self, channel: &str) -> bool {
@@ -137,21 +119,38 @@ impl PageForm {
 
     /// T_n, s; `None` for a motion without a stop.
     pub(super) fn natural_period(&self) -> Option<f64> {
-        self.run.as_ref().filter(|run| run.stops())?.natural_period
+        self.run().filter(|run| run.stops())?.natural_period
+    }
+
+    /// mu_0 r of forward and of backward sliding, m: multiplied by the contact force, the largest stick torque; `None` for a
+    /// contact without stick.
+    pub(super) fn breakaway_arms(&self) -> Option<[f64; 2]> {
+        let system = self.run().map(|run| &run.system).filter(|system| has_stick(system))?;
+        let backward = system.law.backward();
+        let backward = backward.map_or(system.breakaway, |backward| backward.breakaway);
+        Some([system.breakaway, backward].map(|breakaway| breakaway * system.radius))
+    }
+
+    pub(super) fn torque_unit(&self) -> &'static str {
+        match self.motion {
+            Motion::Rotation => "N m",
+            Motion::Translation => "N",
+        }
+    }
+
+    /// Time from which all samples are kept, s: the last period of a periodic motion.
+    pub(super) fn whole_from(&self) -> Option<f64> {
+        let attractor = self.run().filter(|run| !run.stops()).map(shown)?;
+        attractor.periodic.then_some(attractor.window.0)
     }
 }
 
-/// Whether the contact can stick and so has a breakaway torque.
 pub(super) fn has_stick(system: &System) -> bool {
     system.contact == ContactLaw::StickSlip
 }
 
 /// Those of `variables` that the file or the equations give on both sides of each event.
-fn sides(
-    file: &ResultFile,
-    run: Option<&DrawnRun>,
-    variables: &[Variable],
-) -> Result<Vec<(String, Rc<Sides>)>, PlotError> {
+fn sides(file: &ResultFile, run: Option<&DrawnRun>, variables: &[Variable]) -> Result<Vec<(String, Rc<Sides>)>, Error> {
     let state = |name: &str| State::CHANNELS.iter().position(|state| state.name == name);
     let mut names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();
     names.sort_by_key(|name| state(name).unwrap_or(State::COUNT));
@@ -167,25 +166,19 @@ fn sides(
     Ok(found)
 }
 
-struct PageWords<'a> {
-    run: Option<&'a DrawnRun>,
-    variables: &'a [Variable],
-    motion: Motion,
-}
-
-impl PageWords<'_> {
+impl PageForm {
     /// Whether the page uses the words of the paper's brake; also if the case cannot be read.
     fn short(&self) -> bool {
         let is_brake = |run: &DrawnRun| run.stops() && run.is_short() && self.motion == Motion::Rotation;
-        self.run.is_none_or(is_brake)
+        self.run().is_none_or(is_brake)
     }
 
-    fn has(&self, channel: &str) -> bool {
+    fn offers(&self, channel: &str) -> bool {
         match channel {
-            "z" | "z_dot" | "applied_force" => self.run.is_none_or(DrawnRun::has_axial_mode),
-            "breakaway_torque" | LIMIT => self.run.is_none_or(|run| has_stick(&run.system)),
-            "work_perturbation" => self.run.is_some_and(|run| !run.system.kicks.is_empty()),
-            _ => self.variables.iter().any(|variable| variable.name == channel),
+            "z" | "z_dot" | "applied_force" => self.run().is_none_or(DrawnRun::has_axial_mode),
+            "breakaway_torque" | LIMIT => self.run().is_none_or(|run| has_stick(&run.system)),
+            "work_perturbation" => self.run().is_some_and(|run| !run.system.kicks.is_empty()),
+            _ => self.has(channel),
         }
     }
 
@@ -195,12 +188,12 @@ impl PageWords<'_> {
             Motion::Rotation => words.to_owned(),
             Motion::Translation => in_translation(words).replace("μ₀ r", "μ₀"),
         };
-        let axis = self.run.and_then(|run| run.axis(channel).ok());
+        let axis = self.run().and_then(|run| run.axis(channel).ok());
         words.replace("{}", axis.as_ref().map_or(channel, |axis| axis.short()))
     }
 
     fn panel(&self, title: &str, shown: bool, curves: &[(&str, &str, &'static str)]) -> PagePanel {
-        let curves = curves.iter().filter(|curve| self.has(curve.0));
+        let curves = curves.iter().filter(|curve| self.offers(curve.0));
         let curves = curves.map(|&(name, label, colour)| PageCurve {
             name: name.to_owned(),
             label: self.said(label, name),
@@ -239,9 +232,8 @@ impl PageWords<'_> {
         channels.chunks(COLOURS.len()).enumerate().map(part).collect()
     }
 
-    fn panels(&self) -> Result<Vec<PagePanel>, PlotError> {
-        let mut rows: Vec<PageRow> =
-            serde_json::from_str(PANELS).map_err(|error| PlotError::Drawing(error.to_string()))?;
+    fn all_panels(&self) -> Result<Vec<PagePanel>, Error> {
+        let mut rows: Vec<PageRow> = serde_json::from_str(PANELS).map_err(Error::drawing)?;
         let form = if self.short() { "brake" } else { "others" };
         let of_channel = |channel: &'static RecordedChannel| channel.curves.iter().map(|curve| (channel.name, curve));
         let mut recorded: Vec<(&str, &PanelCurve)> = channel::all().flat_map(of_channel).collect();
@@ -255,7 +247,7 @@ impl PageWords<'_> {
                 });
             }
         }
-        let is = |what: fn(&System) -> bool| self.run.is_some_and(|run| what(&run.system));
+        let is = |what: fn(&System) -> bool| self.run().is_some_and(|run| what(&run.system));
         let mut panels = Vec::new();
         for row in rows.iter().filter(|row| row.of.is_none_or(|of| of == form)) {
             // Panels that repeat another one, or never change, are shown only on request.
@@ -276,8 +268,8 @@ impl PageWords<'_> {
         Ok(panels)
     }
 
-    fn portraits(&self) -> Vec<PagePortrait> {
-        let general = self.run.filter(|_| !self.short());
+    fn all_portraits(&self) -> Vec<PagePortrait> {
+        let general = self.run().filter(|_| !self.short());
         // Heading, place, hint, and channel and label of both axes.
         let mut rows = match general.map(|run| shown(run).axes) {
             Some((x, y)) => {

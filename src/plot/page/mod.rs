@@ -5,27 +5,25 @@
 
 mod document;
 mod form;
-mod orbit;
 mod pair;
-mod sparse;
-mod thinning;
 mod trajectory;
 
 use std::path::Path;
 
 use serde::Serialize;
 
+use super::DrawnRun;
 use super::html::{self, PageDocument, counted, file_name};
 use super::run::samples;
-use super::target::{self, Product};
-use super::{DrawnRun, PlotError};
+use crate::Error;
+use crate::output::{Output, Product};
 use document::{RunContent, Second};
 use form::PageForm;
 use pair::PagePair;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::schema::META_MOTION;
 use stickslip_files::{ResultError, ResultFile, Status};
-use trajectory::Trajectory;
+use trajectory::PageTrajectory;
 
 /// Upper limit of a page's size, bytes, whatever the length of the run.
 pub const SIZE_LIMIT: usize = 5_000_000;
@@ -55,11 +53,11 @@ pub struct RunPage {
 /// blocks, so memory does not grow with its length.
 ///
 /// # Errors
-/// No samples, an unreadable file, an obstacle at `path` (see `target::check`), or a full disk.
-pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<RunPage, PlotError> {
+/// No samples, an unreadable file, an obstacle at `path` (see [`Output::new`]), or a full disk.
+pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<RunPage, Error> {
     let files = || std::iter::once(file).chain(second);
     let inputs: Vec<_> = files().map(|file| file.path().to_owned()).collect();
-    target::check(path, Product::Page, &inputs, force)?;
+    let output = Output::new(path, Product::Page, &inputs, force)?;
     let mut lines = Vec::new();
     for file in files() {
         samples(file)?;
@@ -85,15 +83,15 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
     let fixed = document.html(&html::RUN)?.len() + margin * inputs.len();
     let room = |share: f64| (share * limit.saturating_sub(fixed) as f64) as usize;
     if let (Some(pair), Some(beside)) = (&pair, &mut document.content.second) {
-        beside.trajectory = Some(Trajectory::of(pair.file, &pair.form, None, room(1.0 - share))?);
+        beside.trajectory = Some(PageTrajectory::of(pair.file, &pair.form, None, room(1.0 - share))?);
     }
-    let trajectory = Trajectory::of(file, &form, pair.as_ref(), room(share))?;
+    let trajectory = PageTrajectory::of(file, &form, pair.as_ref(), room(share))?;
     let samples_kept = trajectory.kept;
     document.content.trajectory = Some(trajectory);
     Ok(RunPage {
         samples: file.sample_count()?,
         samples_kept,
-        bytes: document.write(&html::RUN, path)?,
+        bytes: document.write(&html::RUN, &output)?,
     })
 }
 
@@ -121,10 +119,8 @@ fn line(file: &ResultFile) -> Result<String, ResultError> {
 }
 
 fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
-    let samples = file.sample_count()?;
-    let last = file.column("time", samples.saturating_sub(1)..samples)?;
-    let until = match last.first() {
-        Some(time) => format!("The page shows what the file holds, up to t = {time} s."),
+    let until = match file.span()? {
+        Some((_, time)) => format!("The page shows what the file holds, up to t = {time} s."),
         None => "The file has no samples.".to_owned(),
     };
     Ok(match file.status() {
@@ -139,7 +135,7 @@ fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
 
 /// The form of a file. An unreadable case is an error if the file states its motion; older files get a basic form in
 /// the words of a brake.
-fn form_of(file: &ResultFile) -> Result<PageForm, PlotError> {
+fn form_of(file: &ResultFile) -> Result<PageForm, Error> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     let run = match Case::read(&source, &[]) {
         Ok(_) => Some(DrawnRun::open(file.path())?),

@@ -4,9 +4,9 @@ use std::iter::Peekable;
 use std::rc::Rc;
 
 use super::form::PageForm;
-use super::thinning::Blocks;
-use crate::plot::PlotError;
-use crate::plot::sides::Sides;
+use crate::Error;
+use crate::plot::run::Sides;
+use crate::plot::thinning::Blocks;
 use stickslip_files::{ResultError, ResultFile};
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 use stickslip_system::record::{CycleStatistics, Event};
@@ -24,7 +24,7 @@ pub(super) struct PagePair<'a> {
 
 impl<'a> PagePair<'a> {
     /// `form` belongs to the first run, `own` to the second, `other`.
-    pub(super) fn of(form: &PageForm, other: &'a ResultFile, mut own: PageForm) -> Result<Self, PlotError> {
+    pub(super) fn of(form: &PageForm, other: &'a ResultFile, mut own: PageForm) -> Result<Self, Error> {
         own.variables.retain(|variable| form.has(&variable.name));
         own.sides.retain(|(name, _)| form.has(name));
         let panels = form.panels.iter().filter(|panel| panel.shown && !panel.change);
@@ -41,7 +41,7 @@ impl<'a> PagePair<'a> {
     }
 
     /// A channel of `file` minus the second run's at the same times, block by block; NaN outside the second run.
-    pub(super) fn difference<'b>(&'b self, file: &'b ResultFile, name: &'b str) -> Result<Blocks<'b>, PlotError> {
+    pub(super) fn difference<'b>(&'b self, file: &'b ResultFile, name: &'b str) -> Result<Blocks<'b>, Error> {
         let mut line = self.line(name)?;
         let blocks = file.column_blocks("time")?.zip(file.column_blocks(name)?);
         Ok(Box::new(blocks.map(move |(times, values)| {
@@ -54,7 +54,7 @@ impl<'a> PagePair<'a> {
     }
 
     /// Number of samples of `file` at times of samples of the second run, in words.
-    pub(super) fn note(&self, file: &ResultFile) -> Result<String, PlotError> {
+    pub(super) fn note(&self, file: &ResultFile) -> Result<String, Error> {
         let mut line = self.line("time")?;
         let mut common = 0;
         for block in file.column_blocks("time")? {
@@ -74,7 +74,7 @@ impl<'a> PagePair<'a> {
         })
     }
 
-    fn line(&self, name: &str) -> Result<Line<'_, impl Iterator<Item = PageSample>>, PlotError> {
+    fn line(&self, name: &str) -> Result<Line<'_, impl Iterator<Item = PageSample>>, Error> {
         let blocks = self.file.column_blocks("time")?.zip(self.file.column_blocks(name)?);
         let samples = blocks.flat_map(|(times, values)| {
             let both = times.and_then(|times| Ok(times.into_iter().zip(values?)));

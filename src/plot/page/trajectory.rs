@@ -4,20 +4,18 @@ use serde::Serialize;
 
 use super::form::PageForm;
 use super::pair::{DIFFERENCE, PagePair};
-use super::thinning::{Blocks, Plan, ThinnedColumn, ThinnedStretch};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::html::{Doubles, encoded};
-use crate::plot::run::dense_points;
-use stickslip_files::schema::group;
-use stickslip_files::{DenseOutput, EventSide, ResultError, ResultFile};
+use crate::plot::run::RunRows;
+use crate::plot::thinning::{Blocks, Plan, ThinnedColumn, ThinnedStretch};
+use stickslip_files::{ResultError, ResultFile};
 
 const BLOCK: usize = 128;
 
 #[derive(Debug, Serialize)]
-pub(super) struct Trajectory {
+pub(super) struct PageTrajectory {
     /// Number in the file.
     samples: usize,
-    /// Number kept unchanged on the page.
     pub(super) kept: usize,
     block: usize,
     stretches: Vec<StretchInfo>,
@@ -83,31 +81,31 @@ fn base_of(block: &[f64]) -> f64 {
     }
 }
 
-impl Trajectory {
+impl PageTrajectory {
     /// As much of a trajectory as fits into `room` bytes. `pair`: adds the differences from a second run.
     pub(super) fn of(
         file: &ResultFile,
         form: &PageForm,
         pair: Option<&PagePair>,
         room: usize,
-    ) -> Result<Trajectory, PlotError> {
-        let source = PageSource::new(file, pair.is_none())?;
-        let samples = source.rows;
+    ) -> Result<PageTrajectory, Error> {
+        let rows = rows_of(file, pair.is_none())?;
+        let samples = rows.len();
         // A sample takes a time, an offset per channel and its share of a base; base64 adds a third.
         let columns = form.variables.len() + pair.map_or(0, |pair| pair.compared.len());
         let bytes = 8 + columns * 4 + (columns * 8).div_ceil(BLOCK);
         let room = room / (4 * bytes).div_ceil(3);
         let events = if samples > room {
-            source.event_rows()?
+            event_rows(file, &rows)?
         } else {
             Vec::new()
         };
-        let whole = match form.whole_from.filter(|_| samples > room) {
-            Some(from) => source.first_row(from)?..samples,
+        let whole = match form.whole_from().filter(|_| samples > room) {
+            Some(from) => rows.first_row(from)?..samples,
             None => samples..samples,
         };
         let plan = Plan::new(samples, &events, whole.clone(), room);
-        let fold = |name: &str| -> Result<ThinnedColumn, ResultError> { plan.fold(source.column_blocks(name)?) };
+        let fold = |name: &str| -> Result<ThinnedColumn, ResultError> { plan.fold(column_blocks(&rows, name)) };
         let time = fold("time")?;
         let mut channels = Vec::with_capacity(columns);
         let mut add = |name: &str, unit: &str, description: String, column: ThinnedColumn| {
@@ -123,7 +121,7 @@ impl Trajectory {
             let name = &variable.name;
             add(name, &variable.units, variable.long_name.clone(), fold(name)?);
         }
-        let mut notes = notes(&plan, source.of(), samples, events.len(), !whole.is_empty());
+        let mut notes = notes(&plan, &rows, samples, events.len(), !whole.is_empty());
         if let Some(pair) = pair {
             for variable in form.variables.iter().filter(|one| pair.compared.contains(&one.name)) {
                 let name = &variable.name;
@@ -142,7 +140,7 @@ impl Trajectory {
             samples_each: s.bucket.unwrap_or(1),
             bucket: s.bucket.is_some(),
         };
-        Ok(Trajectory {
+        Ok(PageTrajectory {
             samples,
             kept: plan.kept(),
             block: BLOCK,
@@ -155,7 +153,11 @@ impl Trajectory {
     }
 }
 
-fn notes(plan: &Plan, of: &str, samples: usize, events: usize, last_period: bool) -> Vec<String> {
+fn notes(plan: &Plan, rows: &RunRows, samples: usize, events: usize, last_period: bool) -> Vec<String> {
+    let of = match rows.is_dense() {
+        true => "points of the dense output of the file",
+        false => "samples of the file",
+    };
     let kept = plan.kept();
     if kept == samples {
         return vec![format!("All {samples} {of} are on this page.")];
@@ -180,76 +182,36 @@ fn notes(plan: &Plan, of: &str, samples: usize, events: usize, last_period: bool
     notes
 }
 
-struct PageSource<'f> {
-    file: &'f ResultFile,
-    /// Dense output and its evaluation times, s.
-    dense: Option<(DenseOutput<'f>, Vec<f64>)>,
-    rows: usize,
+/// The samples, or the dense output if it is allowed and covers them. The browser zooms into any window, so that all
+/// pieces have the same number of points.
+fn rows_of(file: &ResultFile, may_be_dense: bool) -> Result<RunRows<'_>, ResultError> {
+    if let Some((first, last)) = file.span()?.filter(|_| may_be_dense)
+        && let Some(dense) = file.dense()?.filter(|dense| dense.covers(first, last))
+    {
+        let span = dense.span().unwrap_or((first, last));
+        return Ok(RunRows::of_dense(file, dense, span, 0.0));
+    }
+    Ok(RunRows::of_samples(file, 0..file.sample_count()?))
 }
 
-impl<'f> PageSource<'f> {
-    /// The dense output if it is allowed and covers all samples.
-    fn new(file: &'f ResultFile, may_be_dense: bool) -> Result<PageSource<'f>, ResultError> {
-        let samples = file.sample_count()?;
-        let first = file.column("time", 0..samples.min(1))?;
-        let last = file.column("time", samples.saturating_sub(1)..samples)?;
-        let dense = match (may_be_dense, first.first().zip(last.first())) {
-            (true, Some((&first, &last))) => file.dense()?.filter(|dense| dense.covers(first, last)),
-            _ => None,
-        };
-        let dense = dense.map(|dense| {
-            // The browser zooms into any window, so all pieces have the same number of points.
-            let times = dense
-                .span()
-                .map_or_else(Vec::new, |span| dense_points(&dense, span, 0.0));
-            (dense, times)
-        });
-        let rows = dense.as_ref().map_or(samples, |(_, times)| times.len());
-        Ok(PageSource { file, dense, rows })
-    }
+fn column_blocks<'s>(rows: &'s RunRows, name: &'s str) -> Blocks<'s> {
+    Box::new(rows.blocks(16_384).map(move |block| rows.column(name, block)))
+}
 
-    fn of(&self) -> &'static str {
-        match self.dense {
-            Some(_) => "points of the dense output of the file",
-            None => "samples of the file",
+/// First row at or after each event, in order.
+fn event_rows(file: &ResultFile, rows: &RunRows) -> Result<Vec<usize>, ResultError> {
+    let mut times: Vec<f64> = file.events()?.iter().map(|event| event.time).collect();
+    times.sort_by(f64::total_cmp);
+    let mut found = Vec::with_capacity(times.len());
+    let mut before = 0;
+    for block in column_blocks(rows, "time") {
+        let block = block?;
+        while found.len() < times.len() && block.last().is_some_and(|&last| times[found.len()] <= last) {
+            found.push(before + block.partition_point(|&time| time < times[found.len()]));
         }
+        before += block.len();
     }
-
-    fn column_blocks<'s>(&'s self, name: &'s str) -> Result<Blocks<'s>, ResultError> {
-        Ok(match &self.dense {
-            Some((dense, times)) => Box::new(
-                times
-                    .chunks(16_384)
-                    .map(move |times| dense.column(name, times, EventSide::After)),
-            ),
-            None => Box::new(self.file.column_blocks(name)?),
-        })
-    }
-
-    /// The first row at or after `t`.
-    fn first_row(&self, t: f64) -> Result<usize, ResultError> {
-        if let Some((_, times)) = &self.dense {
-            return Ok(times.partition_point(|time| *time < t));
-        }
-        self.file
-            .first_row(group::TRAJECTORY, "time", 0..self.rows, |time| time >= t)
-    }
-
-    /// First row at or after each event, in order.
-    fn event_rows(&self) -> Result<Vec<usize>, ResultError> {
-        let mut times: Vec<f64> = self.file.events()?.iter().map(|event| event.time).collect();
-        times.sort_by(f64::total_cmp);
-        let mut rows = Vec::with_capacity(times.len());
-        let mut before = 0;
-        for block in self.column_blocks("time")? {
-            let block = block?;
-            while rows.len() < times.len() && block.last().is_some_and(|&last| times[rows.len()] <= last) {
-                rows.push(before + block.partition_point(|&time| time < times[rows.len()]));
-            }
-            before += block.len();
-        }
-        // Events past the last sample of an unfinished file.
-        rows.resize(times.len(), before);
-        Ok(rows)
-    }
+    // Events past the last sample of an unfinished file.
+    found.resize(times.len(), before);
+    Ok(found)
 }

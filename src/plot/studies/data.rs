@@ -1,7 +1,6 @@
 //! A sweep file as data for figures: axes, points and quantities.
 
-use crate::plot::PlotError;
-use crate::plot::error::hint;
+use crate::Error;
 use crate::plot::figure::{Axis, Cell, extent};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::sweep::QUANTITIES;
@@ -61,48 +60,52 @@ pub(in crate::plot) fn short(name: &str) -> &str {
         .map_or(name, |known| known.2)
 }
 
-/// A varied parameter of a study.
+/// A column of a study: a parameter that varies, or a quantity known for each run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StudyAxis {
+pub struct StudyColumn {
     /// Name of its variable.
     pub name: String,
-    /// Paths of the keys that it sets.
-    pub keys: Vec<String>,
     /// UDUNITS.
     pub units: String,
     /// Description.
     pub long_name: String,
-    /// Words by code, if the values are codes.
-    pub words: Vec<String>,
-    /// Whether the values are evenly spaced in the logarithm.
-    pub logarithmic: bool,
-    /// Levels of a grid in the order of the file.
-    pub levels: Vec<f64>,
-    /// Value of each point.
+    /// Codes and their meanings, if the values are codes.
+    pub flags: Vec<(i64, String)>,
+    /// Whether the values are whole numbers.
+    pub whole: bool,
+    /// Value of each point; NaN: none.
     pub values: Vec<f64>,
+    /// Paths of the keys that a parameter sets; none for a quantity.
+    pub keys: Vec<String>,
+    /// Whether the values of a parameter are evenly spaced in the logarithm.
+    pub logarithmic: bool,
+    /// Levels of a parameter of a grid in the order of the file.
+    pub levels: Vec<f64>,
 }
 
-impl StudyAxis {
-    /// Whether the values differ between points.
+impl StudyColumn {
+    /// Whether the values that are known differ between points.
     pub fn varies(&self) -> bool {
-        self.values.iter().any(|value| *value != self.values[0])
+        let mut numbers = self.values.iter().filter(|value| !value.is_nan());
+        let first = numbers.next();
+        numbers.any(|value| Some(value) != first)
     }
 
     pub(super) fn axis(&self) -> Axis {
         let axis = drawn_axis(&self.name, &self.units, &self.long_name);
-        if self.words.is_empty() {
+        if self.keys.is_empty() || self.flags.is_empty() {
             return axis.logarithmic(self.logarithmic);
         }
-        let words = self.words.iter().enumerate();
-        let words: Vec<String> = words.map(|(code, word)| format!("{code} {word}")).collect();
+        let words = self.flags.iter().enumerate();
+        let words: Vec<String> = words.map(|(code, (_, word))| format!("{code} {word}")).collect();
         Axis::new(&format!("{}: {}", axis.name, words.join(", ")), "1")
     }
 
     /// A value in words: "c_t = 22.6 N m s/rad", "solver method = erk".
     pub(super) fn said(&self, value: f64) -> String {
         let axis = drawn_axis(&self.name, &self.units, &self.long_name);
-        match self.words.get(value as usize) {
-            Some(word) => format!("{} = {word}", axis.short()),
+        match self.flags.get(value as usize) {
+            Some((_, word)) => format!("{} = {word}", axis.short()),
             None if self.units == "1" => format!("{} = {}", axis.short(), plainly(value)),
             None => format!("{} = {} {}", axis.short(), plainly(value), self.units),
         }
@@ -112,7 +115,7 @@ impl StudyAxis {
     /// shows two powers. `traced` says whether a boundary was searched in the logarithm, if this is known.
     fn is_logarithmic(&self, traced: Option<bool>) -> bool {
         let (low, high) = extent(self.values.iter().copied()).unwrap_or((0.0, 1.0));
-        if !self.words.is_empty() || low <= 0.0 {
+        if !self.flags.is_empty() || low <= 0.0 {
             return false;
         }
         if let Some(traced) = traced {
@@ -131,38 +134,9 @@ impl StudyAxis {
         let mut pairs = self.levels.windows(2);
         pairs.all(|pair| (pair[1] / pair[0] / ratio - 1.0).abs() < 1e-6)
     }
-}
-
-/// A quantity known for each run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StudyQuantity {
-    /// Name of its variable.
-    pub name: String,
-    /// UDUNITS.
-    pub units: String,
-    /// Description.
-    pub long_name: String,
-    /// Codes and their meanings, if the values are codes.
-    pub flags: Vec<(i64, String)>,
-    /// Whether the values are whole numbers.
-    pub whole: bool,
-    /// Value of each point; NaN: none.
-    pub values: Vec<f64>,
-}
-
-impl StudyQuantity {
-    pub(super) fn axis(&self) -> Axis {
-        drawn_axis(&self.name, &self.units, &self.long_name)
-    }
 
     pub(super) fn is_known(&self) -> bool {
         self.values.iter().any(|value| !value.is_nan())
-    }
-
-    pub(super) fn varies(&self) -> bool {
-        let mut numbers = self.values.iter().filter(|value| !value.is_nan());
-        let first = numbers.next();
-        numbers.any(|value| Some(value) != first)
     }
 
     fn different_values(&self) -> usize {
@@ -184,11 +158,11 @@ pub struct StudyData {
     /// Whether all points are present.
     pub complete: bool,
     /// Axes in the order of the study. The last axis of a grid varies fastest.
-    pub axes: Vec<StudyAxis>,
+    pub axes: Vec<StudyColumn>,
     /// Whether the points form a grid.
     pub is_grid: bool,
     /// Quantities in the order of the file.
-    pub quantities: Vec<StudyQuantity>,
+    pub quantities: Vec<StudyColumn>,
     /// Code of each point: 0 complete, 1 failed, 2 missing.
     pub status: Vec<f64>,
     /// Quantities that the study requests for figures, or the quantity of its criterion.
@@ -206,28 +180,33 @@ impl StudyData {
     ///
     /// # Errors
     /// The file is unreadable, or contains no point.
-    pub fn read(file: &StudyFile) -> Result<StudyData, PlotError> {
+    pub fn read(file: &StudyFile) -> Result<StudyData, Error> {
         let names = file.variables("/");
         let status = file.numbers("status")?;
         let count = status.len();
         let is_grid = file.is_grid();
         let attribute = |name: &str, attribute: &str| file.attribute(name, attribute).unwrap_or_default();
+        let column = |name: &String, values: Vec<f64>, keys: Vec<String>| StudyColumn {
+            name: name.clone(),
+            units: attribute(name, "units"),
+            long_name: attribute(name, "long_name"),
+            flags: file.flags(name),
+            whole: file.is_whole(name),
+            levels: if is_grid && !keys.is_empty() {
+                values.clone()
+            } else {
+                Vec::new()
+            },
+            values,
+            keys,
+            logarithmic: false,
+        };
         let mut axes = Vec::new();
         for name in names.iter().filter(|name| file.attribute(name, "keys").is_some()) {
-            let flags = file.flags(name);
-            let values = file.numbers(name)?;
-            axes.push(StudyAxis {
-                logarithmic: false,
-                name: name.clone(),
-                keys: attribute(name, "keys").split(' ').map(str::to_owned).collect(),
-                units: attribute(name, "units"),
-                long_name: attribute(name, "long_name"),
-                words: flags.into_iter().map(|(_, word)| word).collect(),
-                levels: if is_grid { values.clone() } else { Vec::new() },
-                values: if is_grid { Vec::new() } else { values },
-            });
+            let keys = attribute(name, "keys").split(' ').map(str::to_owned).collect();
+            axes.push(column(name, file.numbers(name)?, keys));
         }
-        let damaged = |detail: &str| PlotError::from(Reason::Damaged(detail.to_owned()).of(file.path()));
+        let damaged = |detail: &str| Error::from(Reason::Damaged(detail.to_owned()).of(file.path()));
         if is_grid {
             let sizes: Vec<usize> = axes.iter().map(|axis| axis.levels.len()).collect();
             if sizes.iter().product::<usize>() != count || file.shape("status")? != sizes {
@@ -252,15 +231,7 @@ impl StudyData {
         };
         let mut quantities = Vec::new();
         for name in names.iter().filter(own) {
-            let values = file.values(name)?;
-            quantities.push(StudyQuantity {
-                name: name.clone(),
-                units: attribute(name, "units"),
-                long_name: attribute(name, "long_name"),
-                flags: file.flags(name),
-                whole: file.is_whole(name),
-                values,
-            });
+            quantities.push(column(name, file.values(name)?, Vec::new()));
         }
         let uneven = axes.iter().any(|axis| axis.values.len() != count)
             || quantities.iter().any(|quantity| quantity.values.len() != count);
@@ -294,7 +265,7 @@ impl StudyData {
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
-    pub fn quantity(&self, name: &str) -> Result<&StudyQuantity, PlotError> {
+    pub fn quantity(&self, name: &str) -> Result<&StudyColumn, Error> {
         let found = self.quantities.iter().find(|quantity| quantity.name == name);
         found.ok_or_else(|| {
             let known: Vec<&str> = self.quantities.iter().map(|quantity| quantity.name.as_str()).collect();
@@ -302,7 +273,7 @@ impl StudyData {
         })
     }
 
-    fn asked(&self) -> impl Iterator<Item = &StudyQuantity> {
+    fn asked(&self) -> impl Iterator<Item = &StudyColumn> {
         self.asked.iter().filter_map(|name| self.quantity(name).ok())
     }
 
@@ -312,7 +283,7 @@ impl StudyData {
 
     /// The quantities that the study names. Without any: the first of `wishes` that varies, then the result with the
     /// most different values, then the first quantity.
-    pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
+    pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyColumn> {
         if self.asks() {
             return self.asked().collect();
         }
@@ -322,7 +293,7 @@ impl StudyData {
         found.into_iter().collect()
     }
 
-    fn most_telling(&self) -> Option<&StudyQuantity> {
+    fn most_telling(&self) -> Option<&StudyColumn> {
         let is_result = |name: &str| QUANTITIES.iter().all(|known| known.name != name || known.is_result());
         let results = self.quantities.iter();
         let results = results.filter(|quantity| quantity.varies() && is_result(&quantity.name));
@@ -331,15 +302,15 @@ impl StudyData {
     }
 
     /// Index of an axis with this name or key. The error for an unknown one lists the known ones.
-    pub fn axis(&self, name: &str) -> Result<usize, PlotError> {
-        let is_it = |axis: &StudyAxis| axis.name == name || axis.keys.iter().any(|key| key == name);
+    pub fn axis(&self, name: &str) -> Result<usize, Error> {
+        let is_it = |axis: &StudyColumn| axis.name == name || axis.keys.iter().any(|key| key == name);
         self.axes.iter().position(is_it).ok_or_else(|| {
             let known: Vec<&str> = self.axes.iter().map(|axis| axis.keys[0].as_str()).collect();
             unknown(&self.path, "axis", name, &known)
         })
     }
 
-    pub(super) fn cell(&self, point: usize, quantity: &StudyQuantity) -> Cell {
+    pub(super) fn cell(&self, point: usize, quantity: &StudyColumn) -> Cell {
         let status = self.status[point];
         match quantity.values[point] {
             _ if status == FAILED => Cell::Failed,
@@ -357,17 +328,11 @@ pub(in crate::plot) fn levels(values: impl IntoIterator<Item = f64>) -> Vec<f64>
     levels
 }
 
-fn unknown(path: &Path, what: &'static str, name: &str, known: &[&str]) -> PlotError {
-    PlotError::NotInStudy {
-        path: path.to_owned(),
-        what,
-        name: name.to_owned(),
-        hint: hint(name, known.iter().copied()),
-        known: known.join(", "),
-    }
+pub(in crate::plot) fn unknown(path: &Path, what: &'static str, name: &str, known: &[&str]) -> Error {
+    Error::unknown(format!("{}: the study has no {what}", path.display()), name, known, "")
 }
 
-fn plainly(value: f64) -> String {
+pub(in crate::plot) fn plainly(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         value.to_string()
     } else {

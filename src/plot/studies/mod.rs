@@ -4,24 +4,21 @@
 //! | module | contents |
 //! |---|---|
 //! | [`data`] | the file in memory |
-//! | `plane` | a quantity over two axes: cells of a grid, dots of a sample |
-//! | `curves` | a quantity over one axis |
+//! | `plane` | a quantity over one or two axes, and the points to draw |
 //! | `samples` | the distribution of a quantity, and its dependence on each axis |
-//! | `selection` | the points to draw |
 //! | `region` | the region in which a calibration meets its targets |
 //! | [`page`] | the interactive page |
 
-mod curves;
 pub mod data;
 pub mod page;
 mod plane;
 mod region;
 pub mod samples;
-mod selection;
 
-use super::error::PlotError;
 use super::figure::Figure;
-pub use data::{StudyAxis, StudyData, StudyQuantity};
+use crate::Error;
+pub use data::{StudyColumn, StudyData};
+use std::path::Path;
 use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_files::StudyFile;
 
@@ -56,7 +53,7 @@ pub struct StudyEntry {
     pub paper_figure: Option<u32>,
 }
 
-const fn entry(name: &'static str, title: &'static str, of: &'static str) -> StudyEntry {
+pub(super) const fn entry(name: &'static str, title: &'static str, of: &'static str) -> StudyEntry {
     StudyEntry {
         name,
         title,
@@ -90,7 +87,7 @@ pub const ENTRIES: [StudyEntry; 6] = [
 ///
 /// # Errors
 /// The file is unreadable, a quantity, axis or value is unknown, or there is nothing to draw.
-pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
+pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> {
     if choice.is_empty() && file.text("boundary/x").is_some() {
         return Ok(vec![super::critical::figure(file)?]);
     }
@@ -125,7 +122,7 @@ pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
 }
 
 /// The distribution of each drawn quantity over a sample. A grid has none, because its points are chosen.
-pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
+pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyColumn, Distribution)>, Error> {
     let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
     if designed {
         return Ok(Vec::new());
@@ -142,7 +139,7 @@ pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyQuan
 
 /// The requested quantities, or those of the study. Without any: a sample's onset, or a grid's most distinctive
 /// result.
-fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
+fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyColumn>, Error> {
     if choice.quantities.is_empty() {
         let wishes = ["onset_time", "attractor_period"];
         return Ok(data.of_interest(if data.is_grid { &[] } else { &wishes }));
@@ -150,14 +147,12 @@ fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQ
     choice.quantities.iter().map(|name| data.quantity(name)).collect()
 }
 
-fn title(data: &StudyData, what: &str) -> String {
-    let incomplete = if data.complete { "" } else { " (incomplete)" };
-    format!("{}{incomplete}: {what}", data.title)
+/// The title of a study, complete or not, with what a figure of it shows.
+pub(super) fn title((study, complete): (&str, bool), what: &str) -> String {
+    let incomplete = if complete { "" } else { " (incomplete)" };
+    format!("{study}{incomplete}: {what}")
 }
 
-fn refused<T>(data: &StudyData, why: impl Into<String>) -> Result<T, PlotError> {
-    Err(PlotError::Study {
-        path: data.path.clone(),
-        why: why.into(),
-    })
+pub(super) fn refused<T>(path: &Path, why: impl Into<String>) -> Result<T, Error> {
+    Err(Error::of_file(path, why.into()))
 }

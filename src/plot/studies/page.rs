@@ -1,14 +1,14 @@
 //! The interactive page of a study: a map or dots of any quantity over two axes, with the command that runs each point.
 
-use super::data::{StudyAxis, StudyData, StudyQuantity, drawn_axis};
+use super::data::{StudyColumn, StudyData, drawn_axis};
 use super::{plane, refused, region};
+use crate::output::{Output, Product};
 use crate::plot::figure::{Axis, hex};
 use crate::plot::html::{self, PageDocument, counted, file_name};
-use crate::plot::points::{
+use crate::plot::html::{
     ColumnRole, LETTERS, Overlay, PointColumn, PointCommand, PointsContent, PointsPage, SIZE_LIMIT, USUAL_DIGITS,
 };
-use crate::plot::target::{self, Product};
-use crate::plot::{PlotError, colors, critical};
+use crate::plot::{Error, critical, style};
 use std::path::Path;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::StudyFile;
@@ -26,13 +26,13 @@ const OF_TOLERANCE: [&str; 4] = ["auto", "cvode", "arkode", "series"];
 /// Writes the page of a sweep to `path`, with `quantities` (empty: all).
 ///
 /// # Errors
-/// An unreadable file, too many points, an obstacle at `path` (see `target::check`), or a full disk.
-pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, PlotError> {
-    target::check(path, Product::Page, &[file.path().to_owned()], force)?;
+/// An unreadable file, too many points, an obstacle at `path` (see [`Output::new`]), or a full disk.
+pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) -> Result<PointsPage, Error> {
+    let output = Output::new(path, Product::Page, &[file.path().to_owned()], force)?;
     let data = StudyData::read(file)?;
     let chosen = match quantities {
         // Where every point failed, all are shown as empty.
-        [] if !data.quantities.iter().any(StudyQuantity::is_known) => data.quantities.iter().collect(),
+        [] if !data.quantities.iter().any(StudyColumn::is_known) => data.quantities.iter().collect(),
         [] => data.quantities.iter().filter(|quantity| quantity.is_known()).collect(),
         names => names
             .iter()
@@ -50,11 +50,11 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
                 "{points} points with {count} quantities are too many for a page; choose up to {fit} with --quantity NAME"
             ),
         };
-        return refused(&data, why);
+        return refused(&data.path, why);
     }
-    let mut columns: Vec<PointColumn> = data.axes.iter().map(of_axis).collect();
-    let digits = digits(file, &data);
-    columns.extend(chosen.iter().map(|quantity| of_quantity(quantity, digits)));
+    let mut columns: Vec<PointColumn> = data.axes.iter().map(|axis| point_column(axis, None)).collect();
+    let digits = Some(digits(file, &data));
+    columns.extend(chosen.iter().map(|quantity| point_column(quantity, digits)));
     let interest = data.of_interest(&[]);
     let mut shown = chosen
         .iter()
@@ -87,7 +87,7 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
         0 => String::new(),
         failed => format!(", {failed} of them failed"),
     };
-    let varying = data.axes.iter().position(StudyAxis::varies);
+    let varying = data.axes.iter().position(StudyColumn::varies);
     let page = PageDocument {
         title: data.title.clone(),
         subtitle: format!(
@@ -106,7 +106,7 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
             },
             grid: data.is_grid,
             scale: (0..COLORS)
-                .map(|k| hex(colors::at((k as f64 + 0.5) / COLORS as f64)))
+                .map(|k| hex(style::shade((k as f64 + 0.5) / COLORS as f64)))
                 .collect(),
             status: Some(data.status.iter().map(|code| *code as i8).collect()),
             failures: &data.failures[..data.failures.len().min(MESSAGES)],
@@ -120,26 +120,19 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
         points,
         branches: None,
         quantities: chosen.len(),
-        bytes: page.write(&html::POINTS, path)?,
+        bytes: page.write(&html::POINTS, &output)?,
     })
 }
 
-fn of_axis(axis: &StudyAxis) -> PointColumn {
-    let drawn = drawn_axis(&axis.name, &axis.units, &axis.long_name);
-    let values = axis.values.iter().copied().collect();
+fn point_column(column: &StudyColumn, digits: Option<usize>) -> PointColumn {
+    let role = digits.map_or(ColumnRole::Axis, |_| ColumnRole::Value);
+    let drawn = drawn_axis(&column.name, &column.units, &column.long_name);
+    let values = column.values.iter().copied().collect();
     PointColumn {
-        words: (0i64..).zip(axis.words.iter().cloned()).collect(),
-        logarithmic: axis.logarithmic,
-        ..PointColumn::new(ColumnRole::Axis, &axis.name, drawn, &axis.long_name, values)
-    }
-}
-
-fn of_quantity(quantity: &StudyQuantity, digits: usize) -> PointColumn {
-    let (axis, values) = (quantity.axis(), quantity.values.iter().copied().collect());
-    PointColumn {
-        words: quantity.flags.clone(),
-        digits: Some(digits),
-        ..PointColumn::new(ColumnRole::Value, &quantity.name, axis, &quantity.long_name, values)
+        words: column.flags.clone(),
+        logarithmic: column.logarithmic,
+        digits,
+        ..PointColumn::new(role, &column.name, drawn, &column.long_name, values)
     }
 }
 
@@ -160,8 +153,8 @@ fn command(data: &StudyData) -> Option<PointCommand> {
         for key in &axis.keys {
             options.push((format!("--set {key}={{{k}}}"), None));
             if let Some(tolerance) = data.default_tolerance.filter(|_| key == "solver.method") {
-                let methods = axis.words.iter().enumerate();
-                let methods = methods.filter(|(_, word)| OF_TOLERANCE.contains(&word.as_str()));
+                let methods = axis.flags.iter().enumerate();
+                let methods = methods.filter(|(_, (_, word))| OF_TOLERANCE.contains(&word.as_str()));
                 let codes = methods.map(|(code, _)| code).collect();
                 options.push((format!("--set solver.rtol={tolerance:e}"), Some((k, codes))));
             }

@@ -1,13 +1,11 @@
-//! A quantity over two axes: cells of a grid, dots of a sample.
+//! A quantity over one axis, and over two: cells of a grid, dots of a sample.
 
-use super::data::{self, StudyData, StudyQuantity};
-use super::selection::selected;
-use super::{Choice, curves, refused, title};
-use crate::plot::PlotError;
-use crate::plot::colors;
+use super::data::{self, StudyColumn, StudyData};
+use super::{Choice, refused, title};
+use crate::Error;
 use crate::plot::critical::Boundary;
 use crate::plot::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel, drawn, extent};
-use crate::plot::style::{BLACK, GREY};
+use crate::plot::style::{self, BLACK, BLUE, GREY, VERMILLION};
 
 const PANELS: usize = 6;
 const SHADES: usize = 16;
@@ -18,7 +16,7 @@ fn levels(data: &StudyData, axis: usize, points: &[usize]) -> Vec<f64> {
     data::levels(points.iter().map(|&point| data.axes[axis].values[point]))
 }
 
-pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Choice) -> Result<Figure, PlotError> {
+pub(super) fn or_curves(data: &StudyData, quantity: &StudyColumn, choice: &Choice) -> Result<Figure, Error> {
     let mut selection = selected(data, choice)?;
     let mut open: Vec<usize> = (0..data.axes.len())
         .filter(|&axis| levels(data, axis, &selection.points).len() > 1)
@@ -26,15 +24,15 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
     let [x, y] = match (&choice.axes, plane_of(data, &open), &open[..]) {
         (Some([x, y]), ..) => [data.axis(x)?, data.axis(y)?],
         (None, Some(plane), _) => plane,
-        (None, None, [x]) => return Ok(curves::figure(data, quantity, *x, &selection)),
+        (None, None, [x]) => return Ok(curves(data, quantity, *x, &selection)),
         (None, None, _) => {
             let why = "one point alone, which is no figure; `stickslip inspect` lists its values";
-            return refused(data, why);
+            return refused(&data.path, why);
         }
     };
     if x == y {
         let key = &data.axes[x].keys[0];
-        return refused(data, format!("{key} against {key} is no plane; name two axes"));
+        return refused(&data.path, format!("{key} against {key} is no plane; name two axes"));
     }
     open.retain(|&axis| axis != x && axis != y);
     // The axis with the most levels is held at its middle level until the panels fit a figure.
@@ -63,7 +61,10 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyQuantity, choice: &Cho
         panel.caption = caption;
         panels.push(panel);
     }
-    let title = title(data, &format!("{}{}", quantity.long_name, selection.said()));
+    let title = title(
+        (&data.title, data.complete),
+        &format!("{}{}", quantity.long_name, selection.said()),
+    );
     Ok(Figure::new(format!("map-{}", quantity.name), title, panels))
 }
 
@@ -76,7 +77,7 @@ pub(super) fn first(data: &StudyData) -> Option<[usize; 2]> {
 /// The first two axes, numbers before words: words have no distances.
 fn plane_of(data: &StudyData, axes: &[usize]) -> Option<[usize; 2]> {
     let mut order = axes.to_vec();
-    order.sort_by_key(|&axis| !data.axes[axis].words.is_empty());
+    order.sort_by_key(|&axis| !data.axes[axis].flags.is_empty());
     let [x, y] = *order.first_chunk()?;
     Some([x.min(y), x.max(y)])
 }
@@ -104,7 +105,7 @@ fn facets(data: &StudyData, beside: &[usize], points: &[usize]) -> Vec<(String, 
         .collect()
 }
 
-fn key(quantity: &StudyQuantity, points: &[usize]) -> ColorKey {
+fn key(quantity: &StudyColumn, points: &[usize]) -> ColorKey {
     let values: Vec<f64> = points.iter().map(|&point| quantity.values[point]).collect();
     if !quantity.flags.is_empty() {
         let there = |code: i64| values.contains(&(code as f64));
@@ -130,7 +131,7 @@ fn edges(levels: &[f64], logarithmic: bool) -> Vec<f64> {
     all.map(back).collect()
 }
 
-fn map(data: &StudyData, quantity: &StudyQuantity, [x, y]: [usize; 2], points: &[usize], key: &ColorKey) -> Panel {
+fn map(data: &StudyData, quantity: &StudyColumn, [x, y]: [usize; 2], points: &[usize], key: &ColorKey) -> Panel {
     let side = |axis: usize| {
         let own = &data.axes[axis];
         let levels = levels(data, axis, points);
@@ -159,10 +160,10 @@ fn map(data: &StudyData, quantity: &StudyQuantity, [x, y]: [usize; 2], points: &
 
 pub(super) fn dots(
     data: &StudyData,
-    quantity: &StudyQuantity,
+    quantity: &StudyColumn,
     choice: &Choice,
     boundary: Option<Boundary>,
-) -> Result<Figure, PlotError> {
+) -> Result<Figure, Error> {
     let selection = selected(data, choice)?;
     let varying = || (0..data.axes.len()).filter(|&axis| data.axes[axis].varies());
     let [x, y] = match (&choice.axes, &boundary) {
@@ -170,7 +171,7 @@ pub(super) fn dots(
         (None, Some(boundary)) => [data.axis(&boundary.x)?, data.axis(&boundary.y)?],
         (None, None) => match plane_of(data, &varying().collect::<Vec<_>>()) {
             Some(plane) => plane,
-            None => return refused(data, "its points differ in one axis alone, which makes no plane"),
+            None => return refused(&data.path, "its points differ in one axis alone, which makes no plane"),
         },
     };
     let key = key(quantity, &selection.points);
@@ -190,8 +191,8 @@ pub(super) fn dots(
     curves.push(Curve::line("no value", GREY, nothing).styled(style));
     for (number, points) in groups.into_iter().enumerate().filter(|group| !group.1.is_empty()) {
         let (label, color) = match &key {
-            ColorKey::Codes(codes) => (codes[number].1.as_str(), colors::of_code(number, codes.len())),
-            ColorKey::Scale(_) => ("", colors::at((number as f64 + 0.5) / SHADES as f64)),
+            ColorKey::Codes(codes) => (codes[number].1.as_str(), style::shade_of_code(number, codes.len())),
+            ColorKey::Scale(_) => ("", style::shade((number as f64 + 0.5) / SHADES as f64)),
         };
         curves.push(Curve::line(label, color, points).styled(style));
     }
@@ -222,7 +223,7 @@ pub(super) fn dots(
     }
     Ok(Figure::new(
         format!("plane-{}", quantity.name),
-        title(data, &words),
+        title((&data.title, data.complete), &words),
         vec![panel],
     ))
 }
@@ -240,4 +241,84 @@ fn shade(key: &ColorKey, value: f64) -> usize {
             ((share * SHADES as f64) as usize).min(SHADES - 1)
         }
     }
+}
+
+/// A point for each run. Failed runs are on the lower edge.
+fn curves(data: &StudyData, quantity: &StudyColumn, x: usize, selection: &Selection) -> Figure {
+    let own = &data.axes[x];
+    let mut points = selection.points.clone();
+    points.sort_by(|&a, &b| own.values[a].total_cmp(&own.values[b]));
+    let (mut pieces, mut failed) = (vec![Vec::new()], Vec::new());
+    for point in points {
+        let x = own.values[point];
+        match (data.cell(point, quantity), pieces.last_mut()) {
+            (Cell::Value(value), Some(piece)) => piece.push((x, value)),
+            (cell, _) => {
+                failed.extend((cell == Cell::Failed).then_some(x));
+                // A line would hide the missing value.
+                pieces.push(Vec::new());
+            }
+        }
+    }
+    pieces.retain(|piece| !piece.is_empty());
+    let all: Vec<(f64, f64)> = pieces.iter().flatten().copied().collect();
+    let (lowest, _) = extent(all.iter().map(|point| point.1)).unwrap_or((0.0, 0.0));
+    let line = Curve::pieces("", BLUE, pieces).styled(CurveStyle::Thin);
+    let failed = failed.into_iter().map(|x| (x, lowest)).collect();
+    let curves = drawn([
+        line,
+        Curve::line("", BLUE, all).styled(CurveStyle::Points),
+        Curve::line("failed", VERMILLION, failed).styled(CurveStyle::OpenPoints),
+    ]);
+    let title = title(
+        (&data.title, data.complete),
+        &format!("{}{}", quantity.long_name, selection.said()),
+    );
+    let panels = vec![Panel::new(own.axis(), quantity.axis(), curves)];
+    Figure::new(format!("curves-{}", quantity.name), title, panels)
+}
+
+pub(super) struct Selection {
+    pub points: Vec<usize>,
+    /// Axes that are held constant, in words.
+    pub held: Vec<String>,
+}
+
+impl Selection {
+    pub(super) fn said(&self) -> String {
+        match self.held.is_empty() {
+            true => String::new(),
+            false => format!(", at {}", self.held.join(", ")),
+        }
+    }
+}
+
+pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, Error> {
+    let mut points: Vec<usize> = (0..data.status.len()).collect();
+    let mut held = Vec::new();
+    for (name, text) in &choice.at {
+        let axis = &data.axes[data.axis(name)?];
+        let wish = match axis.flags.iter().position(|(_, word)| word == text) {
+            Some(code) => code as f64,
+            None => text.parse().unwrap_or(f64::NAN),
+        };
+        // Relative to the value, so that no value is close to infinity.
+        let close = |value: f64| (value - wish).abs() <= 1e-6 * value.abs();
+        let Some(value) = axis.values.iter().copied().find(|value| close(*value)) else {
+            let levels = data::levels(axis.values.iter().copied());
+            let more = if levels.len() > 12 { ", ..." } else { "" };
+            let levels: Vec<String> = levels.iter().take(12).map(|level| axis.said(*level)).collect();
+            let (key, levels) = (&axis.keys[0], levels.join(", "));
+            return refused(
+                &data.path,
+                format!("no point has {key}={text}; there are {levels}{more}"),
+            );
+        };
+        points.retain(|&point| axis.values[point] == value);
+        held.push(axis.said(value));
+    }
+    if points.is_empty() {
+        return refused(&data.path, "no point has all of these values; ask for fewer with --at");
+    }
+    Ok(Selection { points, held })
 }

@@ -1,10 +1,10 @@
 //! Region of a calibration: where the required targets are met, for each pair of parameters.
 
-use super::data::{StudyAxis, StudyData};
+use super::data::{StudyColumn, StudyData};
 use super::{refused, title};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
-use crate::plot::points::Overlay;
+use crate::plot::html::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
 use stickslip_files::StudyFile;
 
@@ -24,7 +24,7 @@ struct RegionParameter {
 }
 
 /// A figure for each pair of parameters, with the ranges, and the region enlarged. A single one has its residual.
-pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>, PlotError> {
+pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>, Error> {
     let found = found(file, data)?;
     let worst = largest_residuals(file, data)?;
     if data.axes.len() == 1 {
@@ -44,7 +44,7 @@ pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>,
 
 /// For the page: optimum, compromise and bounds of each pair of parameters, and the largest residual of each run if a
 /// target is held.
-pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay>, Option<Vec<f64>>), PlotError> {
+pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay>, Option<Vec<f64>>), Error> {
     let found = found(file, data)?;
     let mut overlays = Vec::new();
     for (a, x) in data.axes.iter().enumerate() {
@@ -63,7 +63,6 @@ pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay
     Ok((overlays, largest_residuals(file, data).ok()))
 }
 
-/// The optimum and, if there is one, the compromise.
 fn marks(a: &RegionParameter, b: &RegionParameter) -> Vec<Curve> {
     let mut curves = vec![Curve::line("optimum", BLACK, vec![(a.optimum, b.optimum)]).styled(CurveStyle::Points)];
     if a.compromise.is_finite() && b.compromise.is_finite() {
@@ -80,10 +79,10 @@ fn bounds(a: &RegionParameter, b: &RegionParameter) -> Curve {
     Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed)
 }
 
-fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, PlotError> {
+fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Error> {
     let count = data.axes.len();
     let there = file.variables("calibration");
-    let column = |name: &str| -> Result<Vec<f64>, PlotError> {
+    let column = |name: &str| -> Result<Vec<f64>, Error> {
         if !there.iter().any(|known| known == name) {
             return Ok(vec![f64::NAN; count]);
         }
@@ -105,7 +104,7 @@ fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Plo
 }
 
 /// Largest residual of the required targets for each run, in half-widths; NaN for failed runs or missing quantities.
-fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, PlotError> {
+fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, Error> {
     let column = |name: &str| file.numbers(&format!("targets/{name}"));
     let (value, half_width, role) = (column("value")?, column("half_width")?, column("role")?);
     let names = file.flags("targets/target");
@@ -128,14 +127,14 @@ fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, Plo
     }
     if held == 0 {
         return refused(
-            data,
+            &data.path,
             "none of its targets is held, so there is no region; --quantity draws its runs",
         );
     }
     Ok(worst)
 }
 
-fn side(axis: &StudyAxis, found: &RegionParameter) -> Axis {
+fn side(axis: &StudyColumn, found: &RegionParameter) -> Axis {
     let (low, high) = found.range;
     // Ranges of several decades were searched in the logarithm.
     axis.axis()
@@ -171,7 +170,10 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: 
     let name = format!("region-{}-{}", data.axes[a].name, data.axes[b].name);
     Figure::new(
         name,
-        title(data, &format!("what the data leave of {}", names.join(" and "))),
+        title(
+            (&data.title, data.complete),
+            &format!("what the data leave of {}", names.join(" and ")),
+        ),
         panels,
     )
 }
@@ -211,7 +213,7 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], cur
     Some(panel)
 }
 
-fn alone(data: &StudyData, axis: &StudyAxis, found: &RegionParameter, worst: &[f64]) -> Figure {
+fn alone(data: &StudyData, axis: &StudyColumn, found: &RegionParameter, worst: &[f64]) -> Figure {
     let points: Vec<(f64, f64)> = axis
         .values
         .iter()
@@ -235,7 +237,10 @@ fn alone(data: &StudyData, axis: &StudyAxis, found: &RegionParameter, worst: &[f
     let panels = vec![Panel::new(side(axis, found), residual, curves)];
     Figure::new(
         "region",
-        title(data, &format!("what the data leave of {}", axis.keys[0])),
+        title(
+            (&data.title, data.complete),
+            &format!("what the data leave of {}", axis.keys[0]),
+        ),
         panels,
     )
 }

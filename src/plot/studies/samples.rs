@@ -1,8 +1,8 @@
 //! The distribution of a quantity over a sample, and its dependence on each axis.
 
-use super::data::{StudyAxis, StudyData, StudyQuantity};
+use super::data::{StudyColumn, StudyData};
 use super::{refused, title};
-use crate::plot::PlotError;
+use crate::Error;
 use crate::plot::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel};
 use crate::plot::style::{BLACK, BLUE, SKY};
 use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
@@ -11,16 +11,16 @@ use stickslip_analysis::analysis::distribution::{Distribution, PERCENTILES};
 const AXES: usize = 6;
 
 /// Histogram with percentiles, and dots over each varying axis, by decreasing rank correlation.
-pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figure, PlotError> {
+pub(super) fn figure(data: &StudyData, quantity: &StudyColumn) -> Result<Figure, Error> {
     let Some(distribution) = Distribution::of(&quantity.values, quantity.whole) else {
         let name = &quantity.name;
         return refused(
-            data,
+            &data.path,
             format!("no run has a value of {name}, which leaves nothing to draw; name another with --quantity"),
         );
     };
     let mut panels = vec![histogram(quantity, &distribution)];
-    let mut axes: Vec<(f64, &StudyAxis)> = data
+    let mut axes: Vec<(f64, &StudyColumn)> = data
         .axes
         .iter()
         .filter(|axis| axis.varies())
@@ -39,7 +39,7 @@ pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figur
         let style = CurveStyle::of_many(points.len(), 400, CurveStyle::OpenPoints);
         let dots = Curve::line("", BLUE, points).styled(style);
         let mut panel = Panel::new(axis.axis(), quantity.axis(), vec![dots]);
-        if axis.words.is_empty() {
+        if axis.flags.is_empty() {
             panel.caption = format!("rank correlation {}", crate::plot::scale::number(correlation, 2));
         }
         panels.push(panel);
@@ -53,12 +53,12 @@ pub(super) fn figure(data: &StudyData, quantity: &StudyQuantity) -> Result<Figur
     }
     Ok(Figure::new(
         format!("samples-{}", quantity.name),
-        title(data, &words),
+        title((&data.title, data.complete), &words),
         panels,
     ))
 }
 
-fn histogram(quantity: &StudyQuantity, distribution: &Distribution) -> Panel {
+fn histogram(quantity: &StudyColumn, distribution: &Distribution) -> Panel {
     let pieces = distribution
         .bars
         .iter()

@@ -9,16 +9,13 @@
 //! parameters is explored. Its extent along each parameter is the spread that the data allow. The result depends only
 //! on the study and its seed, not on the number of threads.
 
-mod evaluate;
 mod local;
 mod output;
 pub mod region;
 mod search;
 mod study;
-mod target;
 
 pub use output::CalibrationRun;
 pub use region::{Correlation, Determined, Interval};
 pub use search::{Calibration, Compromise, calibrate};
-pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy};
-pub use target::{Role, Target, TargetResult};
+pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy, Role, Target, TargetResult};

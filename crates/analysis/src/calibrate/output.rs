@@ -2,8 +2,7 @@
 
 use super::region::{Determined, Interval};
 use super::search::{Calibration, calibrate};
-use super::study::CalibrationStudy;
-use super::target::{Role, Target, TargetResult};
+use super::study::{CalibrationStudy, Role, Target, TargetResult};
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;

@@ -1,7 +1,7 @@
 //! Exploration of all parameters with which the held targets are met.
 
-use super::evaluate::{Evaluation, Halted, TargetEvaluator};
-use super::local::{apart, farthest, least_worst};
+use super::local::{Evaluation, TargetEvaluator, apart, farthest, least_worst};
+use crate::error::Error;
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
@@ -77,7 +77,7 @@ pub(super) fn explore(
     pool: &mut Vec<Evaluation>,
     members: &[usize],
     optimum: &Evaluation,
-) -> Result<Vec<Vec<f64>>, Halted> {
+) -> Result<Vec<Vec<f64>>, Error> {
     let dimensions = optimum.shares.len();
     let total = WIDENINGS.len() * WIDE_STEPS + STEPS + 5;
     let mut done = 0;
@@ -144,7 +144,7 @@ fn walk(
     chains: &mut [Vec<f64>],
     step: usize,
     random: &mut ChaCha8Rng,
-) -> Result<(), Halted> {
+) -> Result<(), Error> {
     let proposals: Vec<Vec<f64>> = (0..chains.len())
         .map(|chain| propose(chains, chain, step, random))
         .collect();
@@ -196,7 +196,7 @@ fn extremes(
     pool: &mut Vec<Evaluation>,
     members: &[usize],
     reach: f64,
-) -> Result<(), Halted> {
+) -> Result<(), Error> {
     let feasible = || pool.iter().filter(|point| point.worst(members) <= 1.0);
     let mut searches: Vec<(usize, f64, Evaluation)> = Vec::new();
     for parameter in 0..evaluator.study.runs.axes.len() {

@@ -1,10 +1,8 @@
 //! Steps of a calibration: sample, local searches, setting targets aside, exploration of the region.
 
-use super::evaluate::{Evaluation, Halted, TargetEvaluator};
-use super::local::{apart, least, least_worst};
+use super::local::{Evaluation, TargetEvaluator, apart, least, least_worst};
 use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
-use super::study::CalibrationStudy;
-use super::target::{Role, TargetResult};
+use super::study::{CalibrationStudy, Role, TargetResult};
 use crate::error::{Error, ErrorKind};
 use crate::sweep::sobol;
 use stickslip_system::watch::Watch;
@@ -168,7 +166,7 @@ impl Answer {
 }
 
 impl Calibrating<'_> {
-    fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Halted> {
+    fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Error> {
         let search = self.evaluator.study.search;
         self.sample(search.points)?;
         if self.pool.iter().all(|point| point.result.is_err()) {
@@ -219,7 +217,7 @@ impl Calibrating<'_> {
     }
 
     /// Index of a target that was set aside but is met in the region of the held ones. The last ones are tried first.
-    fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Halted> {
+    fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Error> {
         let starts = self.evaluator.study.search.starts;
         let near = self.extent(&answer.held) * NEAR;
         for place in (0..answer.contradicting.len()).rev() {
@@ -245,7 +243,7 @@ impl Calibrating<'_> {
         })
     }
 
-    fn explore(&mut self, members: &[usize]) -> Result<Vec<Vec<f64>>, Halted> {
+    fn explore(&mut self, members: &[usize]) -> Result<Vec<Vec<f64>>, Error> {
         let Some(optimum) = least(&self.pool, members).cloned() else {
             return Ok(Vec::new());
         };
@@ -261,7 +259,7 @@ impl Calibrating<'_> {
         least(&self.pool, members).map_or(f64::INFINITY, |point| point.worst(members))
     }
 
-    fn sample(&mut self, count: usize) -> Result<(), Halted> {
+    fn sample(&mut self, count: usize) -> Result<(), Error> {
         let (axes, seed) = (self.evaluator.study.runs.axes.len(), self.evaluator.study.search.seed);
         let points = sobol(axes, count, seed);
         let Calibrating { evaluator, pool } = self;
@@ -279,7 +277,7 @@ impl Calibrating<'_> {
         rounds: u32,
         spacing: f64,
         stage: &str,
-    ) -> Result<(), Halted> {
+    ) -> Result<(), Error> {
         let starts = apart(&self.pool, members, starts, spacing);
         let Calibrating { evaluator, pool } = self;
         let search = |start: &Evaluation| least_worst(evaluator, start, members, spacing, rounds);
@@ -287,7 +285,7 @@ impl Calibrating<'_> {
     }
 
     /// Target to set aside: among those of least weight, the one without which the others come nearest to being met.
-    fn least_missed(&mut self, members: &[usize]) -> Result<usize, Halted> {
+    fn least_missed(&mut self, members: &[usize]) -> Result<usize, Error> {
         let rest = |without: usize| -> Vec<usize> {
             let others = members.iter().enumerate().filter(|(place, _)| *place != without);
             others.map(|(_, &k)| k).collect()

@@ -350,11 +350,9 @@ impl<'a> Explorer<'a> {
         let modes = Modes::linear(&member.system);
         let point = modes.operating_points.iter().find(|point| point.steady);
         let point = point.ok_or_else(not_steady)?;
-        let state = stickslip_engine::simulation::state_of_parts(
-            &member.system,
-            (&point.rotor_twist, &point.stator_twist),
-            (point.rotor_speed.unwrap_or(0.0), point.stator_speed.unwrap_or(0.0)),
-        );
+        let twists = (&point.rotor_twist[..], &point.stator_twist[..]);
+        let speeds = (point.rotor_speed.unwrap_or(0.0), point.stator_speed.unwrap_or(0.0));
+        let state = stickslip_engine::simulation::state_of_parts(&member.system, twists, speeds);
         let sense = if point.relative_velocity < 0.0 { -1 } else { 1 };
         let guess = Guess {
             time: 0.0,

@@ -159,14 +159,10 @@ fn write(
 }
 
 fn modes_command(study: &ContinuationStudy) -> String {
-    let mut command = format!(
-        "stickslip modes {}",
-        in_shell(&study.head.source.named(&study.head.base))
-    );
-    for setting in &study.head.settings {
-        command += &format!(" --set {}", in_shell(&setting.argument()));
-    }
-    command
+    let base = study.head.source.named(&study.head.base);
+    let settings = study.head.settings.iter();
+    let settings = settings.map(|setting| format!(" --set {}", in_shell(&setting.argument())));
+    format!("stickslip modes {}{}", in_shell(&base), settings.collect::<String>())
 }
 
 fn branches(explored: &Explored) -> Addition {
@@ -202,11 +198,8 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
     group.dimension("point", all.len(), "number of the point");
     let widest = |of: fn(&BranchPoint) -> usize| only().map(of).max().unwrap_or(0);
     let (values, components) = (widest(|point| point.spectrum.len()), widest(|point| point.state.len()));
-    group.dimension(
-        "value",
-        values,
-        "number of the multiplier or eigenvalue, the most unstable first",
-    );
+    let about = "number of the multiplier or eigenvalue, the most unstable first";
+    group.dimension("value", values, about);
     group.dimension("component", components, "number of the component of the state");
     let mut add = |column: FileColumn| group.over(&["point"], column);
     let owners = all.iter().map(|one| one.0 as i64);
@@ -255,10 +248,8 @@ fn points(study: &ContinuationStudy, motion: Motion, explored: &Explored) -> Add
         .flat_map(|point| padded(point.state.clone(), components))
         .collect();
     let about = "twists, rates, speeds of free chains and bristles at the start of the period, SI";
-    group.over(
-        &["point", "component"],
-        FileColumn::numbers("state", "1", about, states),
-    );
+    let states = FileColumn::numbers("state", "1", about, states);
+    group.over(&["point", "component"], states);
     group
 }
 

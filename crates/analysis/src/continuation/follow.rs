@@ -225,10 +225,8 @@ impl<'a> BranchFollower<'a> {
             let (words, distance) = (nearest.border.words(), nearest.distance);
             format!("; the nearest change of its events ({words}) is at a relative distance of {distance:.1e}")
         });
-        format!(
-            "Newton's method does not converge there by the shortest steps{}",
-            near.unwrap_or_default()
-        )
+        let near = near.unwrap_or_default();
+        format!("Newton's method does not converge there by the shortest steps{near}")
     }
 
     pub(super) fn accept(&mut self, station: Station) {

@@ -6,48 +6,62 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// Kind of a special point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "each kind is described by its words")]
 pub enum Special {
-    /// A pair of eigenvalues of steady sliding crosses the imaginary axis: cycles are born.
     Hopf,
-    /// The branch turns back.
     Fold,
-    /// A multiplier is -1: cycles of twice the period are born.
     Flip,
-    /// A pair of multipliers crosses the unit circle: motion on a torus is born.
     Torus,
-    /// Two branches cross.
     BranchPoint,
     /// The sequence of events changes.
     Border(Border),
 }
 
+/// Kinds without a change of events, with names in studies, files and figures, and words.
+const SMOOTH: [(Special, &str, &str); 5] = [
+    (
+        Special::Hopf,
+        "hopf",
+        "Hopf: steady sliding changes its stability, cycles are born",
+    ),
+    (Special::Fold, "fold", "fold: the branch turns back"),
+    (Special::Flip, "flip", "flip: a cycle of twice the period is born"),
+    (Special::Torus, "torus", "torus: motion with a second frequency is born"),
+    (
+        Special::BranchPoint,
+        "branch-point",
+        "branch point: another branch crosses",
+    ),
+];
+
 impl Special {
     /// All kinds, in the order of their codes in files.
-    pub const ALL: [Special; 13] = [
-        Special::Hopf,
-        Special::Fold,
-        Special::Flip,
-        Special::Torus,
-        Special::BranchPoint,
-        Special::Border(Border::Touch),
-        Special::Border(Border::Breakaway),
-        Special::Border(Border::Landing),
-        Special::Border(Border::Reversal),
-        Special::Border(Border::Opening),
-        Special::Border(Border::Closing),
-        Special::Border(Border::Slip),
-        Special::Border(Border::Separation),
-    ];
+    pub const ALL: [Special; 13] = {
+        let mut all = [Special::Hopf; 13];
+        let mut code = 0;
+        while code < all.len() {
+            all[code] = match code < SMOOTH.len() {
+                true => SMOOTH[code].0,
+                false => Special::Border(Border::ALL[code - SMOOTH.len()]),
+            };
+            code += 1;
+        }
+        all
+    };
 
     /// Name in studies, files and figures.
     pub fn name(self) -> &'static str {
         match self {
-            Special::Hopf => "hopf",
-            Special::Fold => "fold",
-            Special::Flip => "flip",
-            Special::Torus => "torus",
-            Special::BranchPoint => "branch-point",
             Special::Border(border) => border.name(),
+            smooth => SMOOTH[smooth.code() as usize].1,
+        }
+    }
+
+    /// Description in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Special::Border(border) => border.words(),
+            smooth => SMOOTH[smooth.code() as usize].2,
         }
     }
 
@@ -59,18 +73,6 @@ impl Special {
     /// Code in files.
     pub fn code(self) -> i8 {
         Special::ALL.iter().position(|special| *special == self).unwrap_or(0) as i8
-    }
-
-    /// Description in words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Special::Hopf => "Hopf: steady sliding changes its stability, cycles are born",
-            Special::Fold => "fold: the branch turns back",
-            Special::Flip => "flip: a cycle of twice the period is born",
-            Special::Torus => "torus: motion with a second frequency is born",
-            Special::BranchPoint => "branch point: another branch crosses",
-            Special::Border(border) => border.words(),
-        }
     }
 }
 

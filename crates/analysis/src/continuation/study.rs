@@ -62,7 +62,7 @@ pub struct ContinuationStudy {
 impl ContinuationStudy {
     /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<ContinuationStudy, CaseError> {
-        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source.text, source.label(), STUDY_KEYS)?;
         let (head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
         let missing = "missing: the parameter that varies; write [[axis]] with key, from and to";
         let mut axes: Vec<ParameterAxis> = Vec::new();
@@ -71,11 +71,8 @@ impl ContinuationStudy {
                 continue;
             };
             if axis.range.is_none() {
-                reader.report(
-                    node,
-                    &path,
-                    "a branch is followed over a range: write from = ... and to = ...",
-                );
+                let message = "a branch is followed over a range: write from = ... and to = ...";
+                reader.report(node, &path, message);
             }
             axes.push(axis);
         }
@@ -150,26 +147,20 @@ impl ContinuationStudy {
                 reader.report(of, "branch.of", message);
             }
         }
-        if let Some(from) = node.at("from") {
-            match reader.text(from, "branch.from").as_deref() {
-                Some("end") => self.search.from = From::End,
-                Some("initial") => self.search.from = From::Initial,
-                Some(_) => reader.report(
-                    from,
-                    "branch.from",
-                    "expected \"end\", the end of the run, or \"initial\", the state of [initial]",
-                ),
-                None => {}
-            }
+        let mut choice = |name: &str, words: &[&str], message: &str| {
+            let given = node.at(name)?;
+            let path = format!("branch.{name}");
+            let word = reader.text(given, &path)?;
+            let found = words.iter().position(|known| *known == word);
+            found.or_else(|| reader.refuse(given, &path, message))
+        };
+        let message = "expected \"end\", the end of the run, or \"initial\", the state of [initial]";
+        if let Some(from) = choice("from", &["end", "initial"], message) {
+            self.search.from = [From::End, From::Initial][from];
         }
-        if let Some(direction) = node.at("direction") {
-            match reader.text(direction, "branch.direction").as_deref() {
-                Some("both") => self.directions = (true, true),
-                Some("up") => self.directions = (true, false),
-                Some("down") => self.directions = (false, true),
-                Some(_) => reader.report(direction, "branch.direction", "expected \"both\", \"up\" or \"down\""),
-                None => {}
-            }
+        let words = ["both", "up", "down"];
+        if let Some(way) = choice("direction", &words, "expected \"both\", \"up\" or \"down\"") {
+            self.directions = [(true, true), (true, false), (false, true)][way];
         }
         if let Some(period) = node.at("period") {
             let expected = "a period in s, greater than 0";

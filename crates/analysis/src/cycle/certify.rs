@@ -417,11 +417,8 @@ impl CycleCertificate {
         let columns = EVENTS.iter().map(|column| column.of(&self.events));
         columns.for_each(|column| group.over(&["exact_event"], column));
         let lines = |of: fn(&EnclosedEvent) -> &str| self.events.iter().map(of).collect::<Vec<_>>().join("\n");
-        group.text(
-            "kinds",
-            "kinds of the events, one in each line",
-            lines(|event| event.kind),
-        );
+        let about = "kinds of the events, one in each line";
+        group.text("kinds", about, lines(|event| event.kind));
         let about = "times of the events as decimals, s";
         group.text("decimals", about, lines(|event| &event.time.decimal));
         vec![group]

@@ -403,10 +403,8 @@ fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> boo
         None => LONGEST,
     };
     for parts in (2..=most).rev() {
-        if orbit
-            .multiple
-            .is_some_and(|multiple| !(multiple as usize).is_multiple_of(parts))
-        {
+        let divides = |multiple: u32| (multiple as usize).is_multiple_of(parts);
+        if !orbit.multiple.is_none_or(divides) {
             continue;
         }
         let guess = orbit.guess();
@@ -416,12 +414,8 @@ fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> boo
             continue;
         }
         let shorter = Guess { period: part, ..guess };
-        return closed(
-            family,
-            multiple / orbit.multiple.map_or(1, |_| parts as u32),
-            &shorter,
-            stop,
-        );
+        let multiple = multiple / orbit.multiple.map_or(1, |_| parts as u32);
+        return closed(family, multiple, &shorter, stop);
     }
     Ok(orbit)
 }

@@ -178,11 +178,8 @@ impl Orbit {
 
     /// Events in words, such as "slip, stick".
     pub fn sequence(&self) -> String {
-        self.events
-            .iter()
-            .map(|event| event.kind)
-            .collect::<Vec<_>>()
-            .join(", ")
+        let kinds: Vec<&str> = self.events.iter().map(|event| event.kind).collect();
+        kinds.join(", ")
     }
 
     pub(crate) fn describe(
@@ -197,12 +194,8 @@ impl Orbit {
             extrema: true,
             stop,
         };
-        let shot = shoot(
-            (&member.system, member.threshold),
-            (guess.time, &guess.state),
-            guess.period,
-            wanted,
-        )?;
+        let start = (guess.time, &guess.state);
+        let shot = shoot((&member.system, member.threshold), start, guess.period, wanted)?;
         let multipliers = multipliers(&shot, family.is_autonomous());
         let largest = multipliers.iter().filter(|one| one.kind == MultiplierKind::Free);
         let largest = largest.map(Multiplier::magnitude).fold(0.0, f64::max);
@@ -329,11 +322,8 @@ fn stick_durations(phases: &[ShotPhase]) -> Vec<f64> {
 fn multipliers(shot: &Shot, autonomous: bool) -> Vec<Multiplier> {
     let matrix = &shot.by_state;
     let n = matrix.nrows();
-    let sizes: Vec<f64> = shot
-        .sizes
-        .iter()
-        .map(|&size| if size > 0.0 { size } else { 1.0 })
-        .collect();
+    let size = |size: &f64| if *size > 0.0 { *size } else { 1.0 };
+    let sizes: Vec<f64> = shot.sizes.iter().map(size).collect();
     let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * sizes[j] / sizes[i]);
     let flow = DVector::from_fn(n, |k, _| shot.end_rates[k] / sizes[k]);
     let mut found = Vec::new();
@@ -346,11 +336,8 @@ fn multipliers(shot: &Shot, autonomous: bool) -> Vec<Multiplier> {
     values.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     let sticks = shot.phases.iter().any(|phase| phase.mode == Mode::Stick);
     let free = values.len() - usize::from(sticks && !values.is_empty());
-    found.extend(
-        values[..free]
-            .iter()
-            .map(|&value| Multiplier::new(value, MultiplierKind::Free)),
-    );
+    let free_ones = values[..free].iter();
+    found.extend(free_ones.map(|&value| Multiplier::new(value, MultiplierKind::Free)));
     if free < values.len() {
         found.push(Multiplier::new(Complex::new(0.0, 0.0), MultiplierKind::Stick));
     }

@@ -1,19 +1,80 @@
-//! Study files: common parts of all kinds.
-//!
-//! | module | what it is |
-//! |---|---|
-//! | `source` | text and origin |
-//! | `reading` | reader of tables: all problems by file, line and key |
-//! | `head` | title, base case and settings |
-//! | `run` | builder of a run into a file |
+//! Common parts of all studies: the reader of study files (`reading`), their head, and the builder of a run into a file.
 
 mod head;
 mod reading;
-mod run;
-mod source;
 
-pub use head::StudyHead;
 pub(crate) use head::{PROBES, check_points, hash_of, written};
+pub use head::{StudyHead, StudySource};
 pub(crate) use reading::{StudyReader, plain};
-pub use run::StudyRun;
-pub use source::StudySource;
+
+use crate::error::Error;
+use crate::sweep::{Executor, Existing, Journal, Shard, journal_path};
+use std::path::Path;
+use stickslip_engine::workers::processors;
+use stickslip_files::Overwrite;
+use stickslip_system::watch::Watch;
+
+/// Builder of a study's run into a file; `start` computes it.
+///
+/// Every outcome first goes to a journal next to the file, from which an interrupted study can resume. A complete file
+/// replaces the journal.
+#[must_use = "nothing is computed before `start`"]
+pub struct StudyRun<'a, S> {
+    pub(crate) study: &'a S,
+    pub(crate) path: &'a Path,
+    pub(crate) overwrite: Overwrite,
+    pub(crate) resume: bool,
+    pub(crate) watch: &'a dyn Watch,
+    pub(crate) workers: usize,
+    pub(crate) shard: Option<Shard>,
+    pub(crate) executor: Option<&'a mut dyn Executor>,
+}
+
+impl<'a, S> StudyRun<'a, S> {
+    /// Run of a study. By default, the file may only replace results of this program.
+    pub fn new(study: &'a S, path: &'a Path) -> Self {
+        StudyRun {
+            study,
+            path,
+            overwrite: Overwrite::OwnResults,
+            resume: false,
+            watch: &(),
+            workers: processors(),
+            shard: None,
+            executor: None,
+        }
+    }
+
+    /// Sets which files may be replaced.
+    pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Resumes an interrupted run of the same study.
+    pub fn resume(mut self, resume: bool) -> Self {
+        self.resume = resume;
+        self
+    }
+
+    /// Sets the observer, which learns the progress, and may interrupt the study.
+    pub fn watch(mut self, watch: &'a dyn Watch) -> Self {
+        self.watch = watch;
+        self
+    }
+
+    /// Sets the number of threads.
+    pub fn workers(mut self, workers: usize) -> Self {
+        self.workers = workers;
+        self
+    }
+
+    pub(crate) fn journal(&self, digest: &str) -> Result<Journal, Error> {
+        let existing = match (self.resume, self.overwrite) {
+            (true, _) => Existing::Resume,
+            (false, Overwrite::Force) => Existing::Discard,
+            (false, _) => Existing::Refuse,
+        };
+        Journal::open(&journal_path(self.path), digest, existing)
+    }
+}

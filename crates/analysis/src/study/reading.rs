@@ -1,6 +1,5 @@
 //! Reader of a study's tables: all problems by file, line and key.
 
-use super::StudySource;
 use std::ops::RangeInclusive;
 use stickslip_case::document::{self, CaseValue, PlacedValue, TextPlace};
 use stickslip_case::{CaseError, CaseProblem, suggest};
@@ -12,9 +11,9 @@ pub(crate) struct StudyReader {
 }
 
 impl StudyReader {
-    pub(crate) fn open(source: &StudySource, known: &[&str]) -> Result<(StudyReader, PlacedValue), CaseError> {
-        let label = source.label();
-        let root = document::read(&source.text, &label)?;
+    /// Reader of a text with its `label` in messages, and the text's root table.
+    pub(crate) fn open(text: &str, label: String, known: &[&str]) -> Result<(StudyReader, PlacedValue), CaseError> {
+        let root = document::read(text, &label)?;
         let mut reader = StudyReader {
             label,
             problems: Vec::new(),

@@ -49,7 +49,7 @@ impl AxisRange {
 }
 
 /// Axis of a study.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ParameterAxis {
     /// Dotted paths of the keys that take the axis's value. The first one gives name, unit and description.
     pub keys: Vec<String>,
@@ -83,8 +83,7 @@ impl ParameterAxis {
             keys,
             unit: key.unit(),
             description: key.description,
-            range: None,
-            levels: Vec::new(),
+            ..ParameterAxis::default()
         }
     }
 

@@ -8,8 +8,8 @@
 use super::axis::AxisRange;
 use super::criterion::BoundarySpec;
 use super::curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBranch};
-use super::lattice::{Edge, Lattice, contours};
-use super::runner::{Running, RunningPoints};
+use super::lattice::{Edge, Lattice, LatticeNode, contours};
+use super::runner::Running;
 use super::study::Study;
 use super::tracer::{BoundaryCrossing, Tracer, place_in_plane, refine_folds};
 use super::{PointOutcome, quantity_index};
@@ -26,18 +26,13 @@ use stickslip_system::model::system::{Pressing, System};
 const CONTOUR_NODES: usize = 4000;
 const FINER: usize = 4;
 
-pub(super) fn trace(
-    spec: &BoundarySpec,
-    running: &mut Running,
-    points: &mut RunningPoints,
-) -> Result<Boundaries, Error> {
+pub(super) fn trace(spec: &BoundarySpec, running: &mut Running) -> Result<Boundaries, Error> {
     let study = running.study;
     let Some(ranges) = spec.ranges(&study.axes) else {
         return Ok(Boundaries::default());
     };
     let mut tracer = Tracer {
         running,
-        asked: &mut points.asked,
         spec,
         ranges,
         planes: planes(study, spec),
@@ -46,16 +41,12 @@ pub(super) fn trace(
     let mut first = Vec::new();
     let mut failed = BTreeSet::new();
     loop {
-        let wanted: Vec<_> = lattices
-            .iter()
-            .enumerate()
-            .flat_map(|(plane, lattice)| lattice.unknown().into_iter().map(move |node| (plane, node)))
+        let unknown = lattices.iter().map(Lattice::unknown).enumerate();
+        let wanted: Vec<_> = unknown
+            .flat_map(|(plane, nodes)| nodes.into_iter().map(move |node| (plane, node)))
             .collect();
-        let shares: Vec<_> = wanted
-            .iter()
-            .map(|&(plane, node)| (plane, lattices[plane].share(node)))
-            .collect();
-        let outcomes = tracer.round(&shares)?;
+        let share = |&(plane, node): &(usize, LatticeNode)| (plane, lattices[plane].share(node));
+        let outcomes = tracer.round(&wanted.iter().map(share).collect::<Vec<_>>())?;
         for (&(plane, node), outcome) in wanted.iter().zip(&outcomes) {
             lattices[plane].set(node, spec.criterion.is_met(outcome));
             if outcome.result.is_err() {
@@ -73,15 +64,13 @@ pub(super) fn trace(
             break;
         }
     }
-    let lines: Vec<(usize, Vec<Edge>)> = lattices
-        .iter()
-        .enumerate()
-        .flat_map(|(plane, lattice)| lattice.lines().into_iter().map(move |line| (plane, line)))
+    let lines = lattices.iter().map(Lattice::lines).enumerate();
+    let lines: Vec<(usize, Vec<Edge>)> = lines
+        .flat_map(|(plane, lines)| lines.into_iter().map(move |line| (plane, line)))
         .collect();
     // Each edge is taken once: a closed line repeats its first edge.
-    let edges = lines
-        .iter()
-        .flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
+    let edges = lines.iter();
+    let edges = edges.flat_map(|(plane, line)| line.iter().map(|&edge| (*plane, edge)));
     let edges: Vec<(usize, Edge)> = edges.collect::<BTreeSet<_>>().into_iter().collect();
     let crossing = |&(plane, edge): &(usize, Edge)| {
         let lattice = &lattices[plane];
@@ -101,47 +90,37 @@ pub(super) fn trace(
         line.iter().map(|&edge| crossings[&(*plane, edge)].clone()).collect()
     };
     // A line ends where runs fail: there is no case beyond.
-    let mut traced: Vec<Vec<BoundaryCrossing>> = lines
-        .iter()
-        .map(of_line)
-        .flat_map(|line| {
-            let known = line
-                .split(|crossing| crossing.unknown)
-                .map(<[BoundaryCrossing]>::to_vec);
-            known.filter(|part| !part.is_empty()).collect::<Vec<_>>()
-        })
-        .collect();
+    let mut traced: Vec<Vec<BoundaryCrossing>> = Vec::new();
+    for line in lines.iter().map(of_line) {
+        let parts = line.split(|crossing| crossing.unknown);
+        traced.extend(parts.filter(|part| !part.is_empty()).map(<[BoundaryCrossing]>::to_vec));
+    }
     let cell = lattices[0].size.map(|cells| 1.0 / f64::from(cells));
     refine_folds(&mut tracer, &mut traced, cell)?;
     let place = |share: [f64; 2]| -> [f64; 2] { std::array::from_fn(|k| ranges[k].at(share[k])) };
-    let curves = traced.iter().map(|line| {
-        let points = line.iter().map(|crossing| BoundaryPoint {
-            met: place(crossing.met),
-            unmet: place(crossing.unmet),
-            branch: CurveBranch::Lower,
-        });
-        let mut points: Vec<BoundaryPoint> = points.collect();
+    let point = |crossing: &BoundaryCrossing| BoundaryPoint {
+        met: place(crossing.met),
+        unmet: place(crossing.unmet),
+        branch: CurveBranch::Lower,
+    };
+    let curve = |line: &Vec<BoundaryCrossing>| {
+        let (plane, mut points) = (line[0].plane, line.iter().map(point).collect::<Vec<_>>());
         name_branches(&mut points);
-        BoundaryCurve {
-            plane: line[0].plane,
-            points,
-        }
-    });
-    let curves = curves.collect();
+        BoundaryCurve { plane, points }
+    };
+    let curves = traced.iter().map(curve).collect();
     // Kicks and tolerances do not move the limit of steady sliding, so one line suffices.
     let outside = study.axes.iter().enumerate().filter(|(k, _)| !spec.plane.contains(k));
     let mut outside = outside.flat_map(|(_, axis)| &axis.keys);
     let one_for_all = outside.all(|key| key.starts_with("perturbation.") || key.starts_with("solver."));
     let limits = if one_for_all { 1 } else { tracer.planes.len() };
     let growth = growth_contours(&tracer, &first, limits);
-    let linear_limit = (0..limits)
-        .map(|plane| ContourLine {
-            plane,
-            level: 0.0,
-            points: linear_limit(study, spec, ranges, &tracer.planes[plane]),
-        })
-        .filter(|line| !line.points.is_empty())
-        .collect();
+    let limit = |plane: usize| ContourLine {
+        plane,
+        level: 0.0,
+        points: linear_limit(study, spec, ranges, &tracer.planes[plane]),
+    };
+    let linear_limit = (0..limits).map(limit).filter(|line| !line.points.is_empty()).collect();
     Ok(Boundaries {
         planes: tracer.planes,
         curves,
@@ -219,14 +198,11 @@ fn name_branches(points: &mut [BoundaryPoint]) {
     let closed = last > 1 && points[0] == points[last];
     if !closed && (top == 0 || top == last) {
         // The crossings along x tell the side on which the criterion is met.
-        let rising: i32 = points
-            .iter()
-            .map(|point| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]))
-            .sum();
-        let branch = if rising >= 0 {
-            CurveBranch::Lower
-        } else {
-            CurveBranch::Upper
+        let sense =
+            |point: &BoundaryPoint| i32::from(point.met[0] > point.unmet[0]) - i32::from(point.met[0] < point.unmet[0]);
+        let branch = match points.iter().map(sense).sum::<i32>() {
+            0.. => CurveBranch::Lower,
+            _ => CurveBranch::Upper,
         };
         points.iter_mut().for_each(|point| point.branch = branch);
         return;

@@ -85,15 +85,12 @@ impl Boundaries {
         };
         let [x, y] = spec.plane.map(|k| &study.axes[k]);
         let text = |name: &'static str, text: &str| (name, text.to_owned());
+        let of_plane = "which values of the other axes";
         let places = |point: &str, line: &str, rows: &[(usize, usize)]| {
             vec![
                 FileColumn::counts(point, "index of the point", 0..rows.len() as i64),
                 FileColumn::counts(line, "which connected line", rows.iter().map(|row| row.0 as i64)),
-                FileColumn::counts(
-                    "plane",
-                    "which values of the other axes",
-                    rows.iter().map(|row| row.1 as i64),
-                ),
+                FileColumn::counts("plane", of_plane, rows.iter().map(|row| row.1 as i64)),
             ]
         };
         let outside = |rows: &[(usize, usize)]| -> Vec<FileColumn> {
@@ -154,12 +151,8 @@ impl Boundaries {
                 continue;
             }
             let mut columns = places(point, "line", &rows);
-            columns.push(FileColumn::numbers(
-                "level",
-                "1",
-                level,
-                points.iter().map(|row| row.0.level),
-            ));
+            let levels = points.iter().map(|row| row.0.level);
+            columns.push(FileColumn::numbers("level", "1", level, levels));
             columns.extend(outside(&rows));
             columns.push(x.column(points.iter().map(|row| row.1[0])));
             columns.push(y.column(points.iter().map(|row| row.1[1])));

@@ -6,7 +6,7 @@
 use super::axis::ParameterAxis;
 use super::journal::{PointOutcome, outcomes_of};
 use super::runner::{run_point, without_a_file};
-use super::study::{Design, Keep, Study, StudyPoint};
+use super::study::{Design, Study, StudyPoint};
 use crate::error::{Error, ErrorKind};
 use crate::provenance;
 use crate::study::{StudyHead, StudySource};
@@ -41,29 +41,16 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(50);
 const GROUP: usize = 128;
 
-/// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion.
-pub(super) fn run_elsewhere(
-    study: &Study,
-    points: impl Iterator<Item = StudyPoint>,
-    executor: &mut dyn Executor,
-    watch: &dyn Watch,
-    deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let ended = run_tasks(study, points, executor, watch, deliver);
-    if ended.is_err() {
-        executor.cancel();
-    }
-    ended
-}
-
-fn run_tasks(
+/// Runs `points` by an executor and passes outcomes to `deliver`, in groups and in the order of completion. After an
+/// error, submitted tasks are left.
+pub(super) fn run_tasks(
     study: &Study,
     mut points: impl Iterator<Item = StudyPoint>,
     executor: &mut dyn Executor,
     watch: &dyn Watch,
     mut deliver: impl FnMut(Vec<PointOutcome>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let study = text(&Portable::from(study))?;
+    let study = text(&Portable::of(study))?;
     let started = Instant::now();
     let (mut tasks, mut done, mut seconds) = (0, 0, 0.0);
     loop {
@@ -133,7 +120,7 @@ pub fn evaluate(study: &str, points: &str, watch: &dyn Watch) -> Result<Option<V
     if study.build != build() {
         return Err("a worker has another build of stickslip than the sweep; install the same one for both".to_owned());
     }
-    let study = Study::try_from(study).map_err(|error| error.to_string())?;
+    let study = study.study().map_err(|error| error.to_string())?;
     let started = Instant::now();
     let mut records = Vec::new();
     for point in &points {
@@ -169,8 +156,8 @@ fn build() -> String {
     format!("{:?}", provenance::build())
 }
 
-impl From<&Study> for Portable {
-    fn from(study: &Study) -> Self {
+impl Portable {
+    fn of(study: &Study) -> Self {
         Portable {
             build: build(),
             case: study.head.base.text.clone(),
@@ -181,44 +168,29 @@ impl From<&Study> for Portable {
             gives_tolerance: study.gives_tolerance,
         }
     }
-}
 
-impl TryFrom<Portable> for Study {
-    type Error = CaseError;
-
-    fn try_from(task: Portable) -> Result<Self, CaseError> {
-        let base = match task.of_a_result {
-            true => CaseSource::result(&PathBuf::new(), task.case),
-            false => CaseSource::text(&task.case),
+    fn study(self) -> Result<Study, CaseError> {
+        let base = match self.of_a_result {
+            true => CaseSource::result(&PathBuf::new(), self.case),
+            false => CaseSource::text(&self.case),
         };
-        let settings = task.settings.iter().map(|setting| Override::parse(setting));
+        let settings = self.settings.iter().map(|setting| Override::parse(setting));
         let settings = settings.collect::<Result<Vec<_>, _>>()?;
-        let axis = |keys| ParameterAxis {
-            keys,
-            name: String::new(),
-            unit: None,
-            description: "",
-            range: None,
-            levels: Vec::new(),
+        let head = StudyHead {
+            title: String::new(),
+            source: StudySource::text("", ""),
+            words: Words::of(&base, &settings),
+            base,
+            settings,
+            files: Vec::new(),
         };
-        Ok(Study {
-            head: StudyHead {
-                title: String::new(),
-                source: StudySource::text("", ""),
-                words: Words::of(&base, &settings),
-                base,
-                settings,
-                files: Vec::new(),
-            },
-            axes: task.axes.into_iter().map(axis).collect(),
-            design: Design::Rows(Vec::new()),
-            keep: Keep {
-                events: task.keep_events,
-                trajectory: false,
-            },
-            show: Vec::new(),
-            gives_tolerance: task.gives_tolerance,
-        })
+        let axes = self.axes.into_iter().map(|keys| ParameterAxis {
+            keys,
+            ..ParameterAxis::default()
+        });
+        let mut study = Study::new(head, axes.collect(), Design::Rows(Vec::new()));
+        (study.keep.events, study.gives_tolerance) = (self.keep_events, self.gives_tolerance);
+        Ok(study)
     }
 }
 

@@ -1,10 +1,11 @@
 //! The sweep file, made from the journal.
 
 use super::QUANTITIES;
+use super::axis::ParameterAxis;
 use super::curves::Boundaries;
-use super::journal::{EventRow, Journal, NO_COUNT, is_open};
+use super::journal::{EventRow, NO_COUNT, is_open};
 use super::run::{NAMED_FAILURES, SweepReport};
-use super::runner::RunningPoints;
+use super::runner::Running;
 use super::study::Study;
 use crate::error::Error;
 use crate::provenance;
@@ -46,18 +47,15 @@ fn meta(study: &Study) -> Vec<(String, AttributeValue)> {
 }
 
 pub(super) fn write(
-    study: &Study,
     (path, overwrite): (&Path, Overwrite),
-    journal: &mut Journal,
-    points: &RunningPoints,
+    running: &mut Running,
     part: Option<&ShardPlan>,
     boundaries: Option<Boundaries>,
     interrupted: bool,
 ) -> Result<SweepReport, Error> {
-    let count = points.count();
-    let words: Vec<Vec<String>> = (0..study.axes.len())
-        .map(|axis| words_of(study, points, axis))
-        .collect();
+    let study = running.study;
+    let count = running.count();
+    let words: Vec<Vec<String>> = (0..study.axes.len()).map(|k| words_of(running, k)).collect();
     let code = |axis: usize, value: &Setting| match value.as_number() {
         Some(number) if words[axis].is_empty() => number,
         _ => words[axis].iter().position(|word| *word == value.word()).unwrap_or(0) as f64,
@@ -67,8 +65,8 @@ pub(super) fn write(
         axis.in_a_file(&words[k], values.collect())
     });
     let total = part.map_or(count, |part| part.points() as u64);
-    let few = interrupted && total > MOST_MISSING && journal.points() < total / 4;
-    let done: Option<Vec<u64>> = few.then(|| journal.numbers().collect());
+    let few = interrupted && total > MOST_MISSING && running.journal.points() < total / 4;
+    let done: Option<Vec<u64>> = few.then(|| running.journal.numbers().collect());
     // A shard's points are not a grid.
     let layout = match part.is_some() || done.is_some() {
         true => SweepLayout::Table,
@@ -84,8 +82,11 @@ pub(super) fn write(
     };
     let header = header(study, "sweep", study.digest(), meta(study));
     let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.head.files)?, &header, &plan)?;
-    let (mut points_done, mut failed, mut unfinished) = (0, 0, 0);
-    let mut failures = Vec::new();
+    let mut report = SweepReport {
+        interrupted,
+        ..SweepReport::default()
+    };
+    let mut unfinished = 0;
     let numbers: Box<dyn Iterator<Item = u64>> = match done {
         Some(done) => Box::new(done.into_iter()),
         None => Box::new((0..count).filter(|&number| part.is_none_or(|part| part.holds(number)))),
@@ -96,15 +97,11 @@ pub(super) fn write(
             ..SweepRow::default()
         };
         if layout == SweepLayout::Table {
-            let values = points.coordinates(number);
-            row.coordinates = values
-                .iter()
-                .enumerate()
-                .map(|(axis, value)| code(axis, value))
-                .collect();
+            let values = running.coordinates(number);
+            row.coordinates = values.iter().enumerate().map(|(k, value)| code(k, value)).collect();
         }
-        if let Some(outcome) = journal.read(number)? {
-            points_done += 1;
+        if let Some(outcome) = running.journal.read(number)? {
+            report.points += 1;
             let event = |e: &EventRow| {
                 let codes = [e.kind.code(), e.mode_after].map(f64::from);
                 [e.time, codes[0], codes[1], e.relative_velocity, e.internal_force]
@@ -118,9 +115,9 @@ pub(super) fn write(
                     row.values = Some(values);
                 }
                 Err(message) => {
-                    failed += 1;
-                    if failures.len() < NAMED_FAILURES {
-                        failures.push((number, message.clone()));
+                    report.failed += 1;
+                    if report.failures.len() < NAMED_FAILURES {
+                        report.failures.push((number, message.clone()));
                     }
                     row.failure = Some(message);
                 }
@@ -133,13 +130,9 @@ pub(super) fn write(
     }
     Ok(SweepReport {
         file: writer.finish(&Status::of(interrupted))?,
-        interrupted,
-        points: points_done,
-        run_now: 0,
-        failures,
-        failed,
         unfinished: Some(unfinished),
         boundaries,
+        ..report
     })
 }
 
@@ -171,12 +164,12 @@ pub(crate) fn sweep_variables(study: &Study) -> Vec<Variable> {
 }
 
 /// Distinct words on an axis, in the order of their first points; empty if all values are numbers.
-fn words_of(study: &Study, points: &RunningPoints, axis: usize) -> Vec<String> {
-    let levels = &study.axes[axis].levels;
-    if study.axes[axis].range.is_some() {
+fn words_of(running: &Running, axis: usize) -> Vec<String> {
+    let ParameterAxis { levels, range, .. } = &running.study.axes[axis];
+    if range.is_some() {
         return Vec::new();
     }
-    let of_points = || (0..points.count()).map(|number| points.coordinates(number)[axis].clone());
+    let of_points = || (0..running.count()).map(|number| running.coordinates(number)[axis].clone());
     let values: Vec<Setting> = match levels.is_empty() {
         true => of_points().collect(),
         false => levels.clone(),

@@ -111,26 +111,26 @@ impl Lattice {
 
     /// Edges across which the condition changes, linked to lines through the finest cells.
     pub fn lines(&self) -> Vec<Vec<Edge>> {
-        let mut links: Vec<[Edge; 2]> = Vec::new();
-        for &cell in &self.cells {
-            let edges @ [bottom, right, top, left] = Edge::around(cell);
-            let crosses = |edge: &Edge| self.is_met(edge.ends()[0]) != self.is_met(edge.ends()[1]);
-            let crossed: Vec<Edge> = edges.into_iter().filter(crosses).collect();
-            match crossed[..] {
-                [a, b] => links.push([a, b]),
-                // Two opposite corners meet the condition. They are treated as separate regions.
-                [..] if crossed.len() == 4 => {
-                    let pairs = if self.is_met(cell) {
-                        [[bottom, left], [right, top]]
-                    } else {
-                        [[bottom, right], [top, left]]
-                    };
-                    links.extend(pairs);
-                }
-                _ => {}
-            }
-        }
+        let crosses = |edge: &Edge| self.is_met(edge.ends()[0]) != self.is_met(edge.ends()[1]);
+        let links = self
+            .cells
+            .iter()
+            .flat_map(|&cell| links(cell, crosses, self.is_met(cell)));
+        let links: Vec<[Edge; 2]> = links.collect();
         join(&links)
+    }
+}
+
+/// Pairs of edges of a cell between which a line passes. Where two opposite corners differ from the others, the lines
+/// cut off the lower left and the upper right corner if `lower`, else the others.
+fn links(cell: LatticeNode, crosses: impl Fn(&Edge) -> bool, lower: bool) -> Vec<[Edge; 2]> {
+    let edges @ [bottom, right, top, left] = Edge::around(cell);
+    let crossed: Vec<Edge> = edges.into_iter().filter(crosses).collect();
+    match crossed[..] {
+        [a, b] => vec![[a, b]],
+        [_, _, _, _] if lower => vec![[bottom, left], [right, top]],
+        [_, _, _, _] => vec![[bottom, right], [top, left]],
+        _ => Vec::new(),
     }
 }
 
@@ -183,27 +183,10 @@ pub fn contours(
     exact: Option<&dyn Fn([f64; 2]) -> f64>,
 ) -> Vec<Vec<[f64; 2]>> {
     let value = |(i, j): (u32, u32)| values[i as usize + j as usize * nodes[0]];
-    let above = |node| value(node) >= level;
-    let mut links: Vec<[Edge; 2]> = Vec::new();
-    for j in 0..nodes[1] as u32 - 1 {
-        for i in 0..nodes[0] as u32 - 1 {
-            let edges = Edge::around((i, j));
-            if edges
-                .iter()
-                .flat_map(|edge| edge.ends())
-                .any(|node| value(node).is_nan())
-            {
-                continue;
-            }
-            let crossed: Vec<Edge> = edges
-                .into_iter()
-                .filter(|edge| above(edge.ends()[0]) != above(edge.ends()[1]))
-                .collect();
-            for pair in crossed.chunks_exact(2) {
-                links.push([pair[0], pair[1]]);
-            }
-        }
-    }
+    let crosses = |edge: &Edge| (value(edge.ends()[0]) >= level) != (value(edge.ends()[1]) >= level);
+    let cells = (0..nodes[1] as u32 - 1).flat_map(|j| (0..nodes[0] as u32 - 1).map(move |i| (i, j)));
+    let known = cells.filter(|&cell| corners(cell, 1).into_iter().all(|node| !value(node).is_nan()));
+    let links: Vec<[Edge; 2]> = known.flat_map(|cell| links(cell, crosses, false)).collect();
     let last = nodes.map(|count| (count - 1) as f64);
     let point = |edge: &Edge| {
         let [a, b] = edge.ends();

@@ -5,7 +5,7 @@ use super::curves::Boundaries;
 use super::executor::Executor;
 use super::file::write;
 use super::journal::journal_path;
-use super::runner::{Integrate, Running, RunningPoints, without_a_file};
+use super::runner::{Integrate, Running, without_a_file};
 use super::study::{Design, Study};
 use crate::analysis::{Recorded, SavedRun};
 use crate::error::Error;
@@ -123,40 +123,36 @@ fn run(sweep: &Sweep, integrate: &Integrate, executor: Option<&mut dyn Executor>
     }
     let journal = sweep.journal(&digest)?;
     let before = journal.points();
-    let mut state = Running {
+    let mut running = Running {
         study,
         workers: sweep.workers,
+        watch: sweep.watch,
         integrate,
         executor: executor.map(|executor| executor as _),
-        watch: sweep.watch,
         journal,
+        asked: Vec::new(),
         failed: 0,
     };
-    let mut points = RunningPoints::of(study);
     let mut boundaries = None;
     let ended = match &study.design {
-        Design::Boundary(spec) => trace(spec, &mut state, &mut points).map(|found| boundaries = Some(found)),
-        _ => state.run_numbers(study.point_count().unwrap_or(0), part.as_ref()),
+        Design::Boundary(spec) => trace(spec, &mut running).map(|found| boundaries = Some(found)),
+        _ => running.run_all(part.as_ref()),
     };
     let interrupted = match ended {
         Ok(()) => false,
         Err(error) if error.is_interrupted() => true,
         Err(error) => return Err(error),
     };
-    let Running { mut journal, .. } = state;
-    let run_now = journal.points() - before;
     let mut report = write(
-        study,
         (path, sweep.overwrite),
-        &mut journal,
-        &points,
+        &mut running,
         part.as_ref(),
         boundaries,
         interrupted,
     )?;
-    report.run_now = run_now;
+    report.run_now = running.journal.points() - before;
     if !interrupted {
-        journal.remove()?;
+        running.journal.remove()?;
     }
     Ok(report)
 }

@@ -1,6 +1,6 @@
 //! The remaining points of a sweep, and their runs on a pool of threads with one receiver of the outcomes.
 
-use super::executor::{Executor, run_elsewhere};
+use super::executor::{Executor, run_tasks};
 use super::journal::{EventRow, Journal, PointOutcome, values};
 use super::study::{Study, StudyPoint};
 use crate::analysis::{Recorded, recorded};
@@ -113,91 +113,70 @@ pub fn run_point(
 
 /// Problems of a point in one line, without their places, which are places in the study.
 fn in_words(error: &CaseError) -> String {
-    let problems = error
-        .problems
-        .iter()
-        .map(|problem| format!("{}: {}", problem.key, problem.message));
+    let problems = error.problems.iter();
+    let problems = problems.map(|problem| format!("{}: {}", problem.key, problem.message));
     problems.collect::<Vec<_>>().join("; ")
 }
 
-pub(super) struct RunningPoints<'a> {
-    study: &'a Study,
+pub(super) struct Running<'a> {
+    pub study: &'a Study,
+    pub workers: usize,
+    pub watch: &'a dyn Watch,
+    pub integrate: &'a Integrate<'a>,
+    pub executor: Option<&'a mut dyn Executor>,
+    pub journal: Journal,
     /// Points of a traced boundary. The study itself has all other points.
-    pub(super) asked: Vec<Vec<Setting>>,
+    pub asked: Vec<Vec<Setting>>,
+    pub failed: u64,
 }
 
-impl<'a> RunningPoints<'a> {
-    pub(super) fn of(study: &'a Study) -> Self {
-        let asked = Vec::new();
-        RunningPoints { study, asked }
-    }
-
-    pub(super) fn count(&self) -> u64 {
+impl Running<'_> {
+    pub fn count(&self) -> u64 {
         self.study.point_count().unwrap_or(self.asked.len() as u64)
     }
 
-    pub(super) fn coordinates(&self, number: u64) -> Vec<Setting> {
+    pub fn coordinates(&self, number: u64) -> Vec<Setting> {
         match self.study.point(number) {
             Some(point) => point.coordinates,
             None => self.asked[number as usize].clone(),
         }
     }
-}
 
-pub(super) struct Running<'a> {
-    pub(super) study: &'a Study,
-    pub(super) workers: usize,
-    pub(super) integrate: &'a Integrate<'a>,
-    pub(super) executor: Option<&'a mut dyn Executor>,
-    pub(super) watch: &'a dyn Watch,
-    pub(super) journal: Journal,
-    pub(super) failed: u64,
-}
-
-impl Running<'_> {
-    /// Runs the points below `count`, or of a shard, that are not in the journal.
-    pub(super) fn run_numbers(&mut self, count: u64, part: Option<&ShardPlan>) -> Result<(), Error> {
-        let study = self.study;
+    /// Runs the points of the study, or of a shard, that are not in the journal.
+    pub fn run_all(&mut self, part: Option<&ShardPlan>) -> Result<(), Error> {
+        let (study, count) = (self.study, self.count());
         // Determined before the writer of outcomes borrows the journal.
         let held: HashSet<u64> = self.journal.numbers().collect();
         let total = part.map_or(count, |part| part.points() as u64);
         let points = (0..count)
             .filter(|&number| part.is_none_or(|part| part.holds(number)) && !held.contains(&number))
             .filter_map(|number| study.point(number));
-        self.run(points, total, false)
+        self.run(points, total, "")
     }
 
-    /// Runs a round of points after the first `start`, and returns all their outcomes in order.
-    pub(super) fn round(&mut self, start: u64, coordinates: &[Vec<Setting>]) -> Result<Vec<PointOutcome>, Error> {
-        let numbered = |k: usize| start + k as u64;
-        let held: Vec<bool> = (0..coordinates.len())
-            .map(|k| self.journal.holds(numbered(k)))
-            .collect();
-        let points = coordinates
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| !held[*k])
-            .map(|(k, coordinates)| StudyPoint {
-                number: numbered(k),
-                coordinates: coordinates.clone(),
-            });
-        self.run(points, start + coordinates.len() as u64, true)?;
-        (0..coordinates.len())
-            .map(|k| self.journal.read(numbered(k))?.ok_or_else(Error::interrupted))
+    /// Runs a round of points of a boundary, and returns all their outcomes in order.
+    pub fn round(&mut self, coordinates: Vec<Vec<Setting>>) -> Result<Vec<PointOutcome>, Error> {
+        let start = self.asked.len() as u64;
+        self.asked.extend_from_slice(&coordinates);
+        let numbers = start..self.asked.len() as u64;
+        let points = numbers.clone().zip(coordinates);
+        let points = points.map(|(number, coordinates)| StudyPoint { number, coordinates });
+        let missing: Vec<StudyPoint> = points.filter(|point| !self.journal.holds(point.number)).collect();
+        self.run(missing.into_iter(), numbers.end, " or more")?;
+        numbers
+            .map(|number| self.journal.read(number)?.ok_or_else(Error::interrupted))
             .collect()
     }
 
-    fn run(&mut self, points: impl Iterator<Item = StudyPoint> + Send, total: u64, open: bool) -> Result<(), Error> {
+    fn run(&mut self, points: impl Iterator<Item = StudyPoint> + Send, total: u64, more: &str) -> Result<(), Error> {
         let Running {
             study,
             workers,
-            integrate,
-            executor,
             watch,
             journal,
             failed,
+            ..
         } = self;
-        let more = if open { " or more" } else { "" };
         let show = |done: u64, failed: u64| {
             let failures = Some(failed).filter(|failed| *failed > 0);
             let failures = failures.map_or_else(String::new, |failed| format!(", {failed} failed"));
@@ -211,9 +190,12 @@ impl Running<'_> {
             show(journal.points(), *failed);
             Ok(())
         };
-        match executor {
-            Some(executor) => run_elsewhere(study, points, &mut **executor, *watch, deliver),
-            None => run_points(study, points, *workers, *watch, *integrate, deliver),
+        match &mut self.executor {
+            Some(executor) => {
+                let ended = run_tasks(study, points, &mut **executor, *watch, deliver);
+                ended.inspect_err(|_| executor.cancel())
+            }
+            None => run_points(study, points, *workers, *watch, self.integrate, deliver),
         }
     }
 }

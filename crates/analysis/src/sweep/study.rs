@@ -85,7 +85,7 @@ const STUDY_KEYS: &[&str] = &[
 impl Study {
     /// Reads a study, or reports all its problems. `overrides` apply to the base case after the study's own settings.
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
-        let (mut reader, root) = StudyReader::open(&source, STUDY_KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source.text, source.label(), STUDY_KEYS)?;
         let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
         let mut axes = read_axes(&mut reader, &keys, &root);
         // A table of points defines its columns later.
@@ -117,7 +117,7 @@ impl Study {
         Ok(study)
     }
 
-    fn new(head: StudyHead, axes: Vec<ParameterAxis>, design: Design) -> Study {
+    pub(super) fn new(head: StudyHead, axes: Vec<ParameterAxis>, design: Design) -> Study {
         Study {
             gives_tolerance: gives_tolerance(&head, &axes),
             head,
@@ -155,10 +155,10 @@ impl Study {
     /// Number of points; `None` if unknown before the sweep.
     pub fn point_count(&self) -> Option<u64> {
         match &self.design {
-            Design::Grid => self
-                .axes
-                .iter()
-                .try_fold(1u64, |n, axis| n.checked_mul(axis.levels.len() as u64)),
+            Design::Grid => {
+                let mut axes = self.axes.iter();
+                axes.try_fold(1u64, |n, axis| n.checked_mul(axis.levels.len() as u64))
+            }
             Design::Rows(rows) => Some(rows.len() as u64),
             Design::Boundary(_) => None,
         }
@@ -178,12 +178,10 @@ impl Study {
         }
         let coordinates = match &self.design {
             Design::Grid => {
-                let mut rest = number;
-                let mut coordinates: Vec<Setting> = Vec::with_capacity(self.axes.len());
-                for axis in self.axes.iter().rev() {
-                    let count = axis.levels.len() as u64;
-                    coordinates.push(axis.levels[(rest % count) as usize].clone());
-                    rest /= count;
+                let (mut rest, mut coordinates) = (number, Vec::with_capacity(self.axes.len()));
+                for levels in self.axes.iter().rev().map(|axis| &axis.levels) {
+                    coordinates.push(levels[(rest % levels.len() as u64) as usize].clone());
+                    rest /= levels.len() as u64;
                 }
                 coordinates.reverse();
                 coordinates
@@ -223,11 +221,8 @@ impl Study {
     /// The time limit is left out. The tolerance is left out, too, if the method is an axis.
     pub fn point_command(&self) -> String {
         let mut arguments = vec![self.head.source.named(&self.head.base)];
-        arguments.extend(
-            self.head
-                .decisive_settings()
-                .flat_map(|setting| ["--set".to_owned(), setting.argument()]),
-        );
+        let settings = self.head.decisive_settings();
+        arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
         let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));
         let method = self.head.case_with([]).map(|case| case.solver.method);
         let takes_it = method.map_or(true, has_study_tolerance);

@@ -23,9 +23,8 @@ pub(super) struct BoundaryCrossing {
 
 impl BoundaryCrossing {
     pub(super) fn width(&self) -> f64 {
-        (self.met[0] - self.unmet[0])
-            .abs()
-            .max((self.met[1] - self.unmet[1]).abs())
+        let [x, y] = [0, 1].map(|k| (self.met[k] - self.unmet[k]).abs());
+        x.max(y)
     }
 
     pub(super) fn middle(&self) -> [f64; 2] {
@@ -35,7 +34,6 @@ impl BoundaryCrossing {
 
 pub(super) struct Tracer<'a, 'b> {
     pub(super) running: &'a mut Running<'b>,
-    pub(super) asked: &'a mut Vec<Vec<Setting>>,
     pub(super) spec: &'a BoundarySpec,
     pub(super) ranges: [AxisRange; 2],
     pub(super) planes: Vec<Vec<Setting>>,
@@ -43,34 +41,28 @@ pub(super) struct Tracer<'a, 'b> {
 
 impl Tracer<'_, '_> {
     pub(super) fn round(&mut self, shares: &[(usize, [f64; 2])]) -> Result<Vec<PointOutcome>, Error> {
-        let start = self.asked.len();
-        for &(plane, share) in shares {
-            let coordinates = place_in_plane(&self.planes[plane], self.spec, self.ranges, share);
-            self.asked.push(coordinates);
-        }
-        self.running.round(start as u64, &self.asked[start..])
+        let place =
+            |&(plane, share): &(usize, [f64; 2])| place_in_plane(&self.planes[plane], self.spec, self.ranges, share);
+        self.running.round(shares.iter().map(place).collect())
     }
 
     pub(super) fn bisect(&mut self, crossings: &mut [BoundaryCrossing]) -> Result<(), Error> {
         loop {
-            let wide: Vec<usize> = (0..crossings.len())
-                .filter(|&k| crossings[k].width() > self.spec.width)
-                .collect();
+            let wide = crossings
+                .iter_mut()
+                .filter(|crossing| crossing.width() > self.spec.width);
+            let mut wide: Vec<&mut BoundaryCrossing> = wide.collect();
             if wide.is_empty() {
                 return Ok(());
             }
-            let shares: Vec<_> = wide
-                .iter()
-                .map(|&k| (crossings[k].plane, crossings[k].middle()))
-                .collect();
+            let shares: Vec<_> = wide.iter().map(|one| (one.plane, one.middle())).collect();
             let outcomes = self.round(&shares)?;
-            for (&k, outcome) in wide.iter().zip(&outcomes) {
-                let middle = crossings[k].middle();
+            for ((crossing, (_, middle)), outcome) in wide.iter_mut().zip(shares).zip(&outcomes) {
                 if self.spec.criterion.is_met(outcome) {
-                    crossings[k].met = middle;
+                    crossing.met = middle;
                 } else {
-                    crossings[k].unmet = middle;
-                    crossings[k].unknown = outcome.result.is_err();
+                    crossing.unmet = middle;
+                    crossing.unknown = outcome.result.is_err();
                 }
             }
         }
@@ -90,12 +82,8 @@ impl Tracer<'_, '_> {
         let sides = outcomes.chunks_exact(2);
         let sides =
             sides.map(|pair| criterion.is_met(&pair[0]) && pair[1].result.is_ok() && !criterion.is_met(&pair[1]));
-        Ok(stretches
-            .into_iter()
-            .zip(sides)
-            .filter(|(_, confirmed)| *confirmed)
-            .map(|(stretch, _)| stretch)
-            .collect())
+        let confirmed = stretches.into_iter().zip(sides).filter(|(_, confirmed)| *confirmed);
+        Ok(confirmed.map(|(stretch, _)| stretch).collect())
     }
 }
 

@@ -13,13 +13,12 @@ use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
 
-use super::tables::{DatasetInfo, GroupMember, Holds, Object};
-use super::{Opening, probe};
+use super::{DatasetInfo, GroupMember, Holds, Object, Opening, probe};
 use crate::Reason;
 use crate::attributes::AttributeValue;
 use crate::error::describe;
 use crate::raw::{self, Class, Opened};
-use crate::values::StoredNumber;
+use crate::table::StoredNumber;
 
 // Limits on what one object may hold, and on one read.
 const MEMBERS: usize = 16_384;
@@ -390,25 +389,20 @@ impl Handles {
             if known.last().is_some_and(|last| *last == (file.clone(), inside.clone())) {
                 continue;
             }
-            if is_pattern(&file) || is_pattern(&inside) {
-                if self.follow_external {
-                    continue;
-                }
-                return Err(Reason::Elsewhere(format!("/{path}, in {file} with {inside},")));
+            match named(path, &file, &inside) {
+                Err(_) if self.follow_external => continue,
+                named => named?,
             }
             let (name, object) = (file.replace("%%", "%"), inside.replace("%%", "%"));
             if !opened.contains_key(&name) {
                 opened.insert(name.clone(), self.open_source(&name, path)?);
             }
-            let source = opened
-                .get(&name)
-                .map(|other| raw::open_object(other, &object, self.follow_external));
-            match source {
+            match raw::open_object(&opened[&name], &object, self.follow_external) {
                 // A source must store its data itself.
-                Some(Ok(Opened::Dataset(source))) if !self.follow_external && leads_on(&source)? => {
+                Ok(Opened::Dataset(source)) if !self.follow_external && leads_on(&source)? => {
                     return Err(Reason::Elsewhere(format!("/{path}, by way of {name},")));
                 }
-                Some(Ok(Opened::Dataset(_))) => {}
+                Ok(Opened::Dataset(_)) => {}
                 _ => return Err(Reason::Absent(format!("/{path}: {name} has no {object}"))),
             }
             known.push((file, inside));
@@ -420,9 +414,7 @@ impl Handles {
     fn check_places(&self, dataset: &Dataset, path: &str) -> Answered<()> {
         let mut known = HashSet::new();
         for (file, inside) in raw::virtual_sources(dataset, SOURCES)?.unwrap_or_default() {
-            if is_pattern(&file) || is_pattern(&inside) {
-                return Err(Reason::Elsewhere(format!("/{path}, in {file} with {inside},")));
-            }
+            named(path, &file, &inside)?;
             let name = file.replace("%%", "%");
             if name != "."
                 && known.insert(name.clone())
@@ -481,10 +473,13 @@ impl Handles {
     }
 }
 
-/// Whether a file name is a pattern, whose files are not listed: it has a single per cent sign. A doubled one is
-/// literal.
-fn is_pattern(name: &str) -> bool {
-    name.replace("%%", "").contains('%')
+/// Refuses a source whose file or variable is a pattern, whose files are not listed: it has a single per cent sign. A
+/// doubled one is literal.
+fn named(path: &str, file: &str, inside: &str) -> Answered<()> {
+    match [file, inside].iter().any(|name| name.replace("%%", "").contains('%')) {
+        true => Err(Reason::Elsewhere(format!("/{path}, in {file} with {inside},"))),
+        false => Ok(()),
+    }
 }
 
 fn identity(group: &Group) -> Answered<String> {
@@ -555,18 +550,16 @@ fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
 /// Texts of any length; invalid UTF-8 is replaced.
 fn varying_texts(object: &Container, unicode: bool) -> hdf5::Result<Vec<String>> {
     let lossy = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    Ok(match unicode {
-        true => object
-            .read_raw::<VarLenUnicode>()?
-            .iter()
-            .map(|text| lossy(text.as_bytes()))
-            .collect(),
-        false => object
-            .read_raw::<VarLenAscii>()?
-            .iter()
-            .map(|text| lossy(text.as_bytes()))
-            .collect(),
-    })
+    match unicode {
+        true => {
+            let texts = object.read_raw::<VarLenUnicode>()?;
+            Ok(texts.iter().map(|text| lossy(text.as_bytes())).collect())
+        }
+        false => {
+            let texts = object.read_raw::<VarLenAscii>()?;
+            Ok(texts.iter().map(|text| lossy(text.as_bytes())).collect())
+        }
+    }
 }
 
 pub(super) fn joined(group: &str, name: &str) -> String {

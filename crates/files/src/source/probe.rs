@@ -13,7 +13,7 @@ use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::handles::VALUES;
-use super::{DatasetInfo, FileSource, Holds, Identity, Object, follow_external, locked};
+use super::{BLOCK, DatasetInfo, FileSource, Holds, Identity, Object, follow_external, locked};
 use crate::seal::{self, Seal};
 use crate::{Reason, ResultError};
 
@@ -138,7 +138,6 @@ fn read_whole(source: &FileSource) -> Result<(), ResultError> {
 
 /// Reads all values, several chunks at a time, so that no chunk is unpacked twice.
 fn read_values(source: &FileSource, path: &str, info: &DatasetInfo) -> Result<(), ResultError> {
-    const BLOCK: usize = 65_536;
     let shape = &info.shape;
     if info.holds == Holds::Texts {
         if shape.is_empty() {

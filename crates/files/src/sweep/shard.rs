@@ -6,11 +6,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::columns::write_axis;
-use super::partition::Partition;
-use super::schema::{
-    AXES_GROUP, EVENTS, EventForm, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis, SweepCell, SweepLayout,
-    SweepPlan, SweepRow,
+use super::writer::write_axis;
+use super::{
+    AXES_GROUP, EVENTS, EventForm, POINT, POINT_STATUS, POINT_STATUSES, Partition, ShardPlan, SweepAxis, SweepCell,
+    SweepLayout, SweepPlan, SweepRow,
 };
 use crate::attributes::{AttributeValue, write_attribute};
 use crate::schema::{self, INPUT_CASE, StorageKind, root};
@@ -52,12 +51,17 @@ pub(super) fn describe(
         SweepLayout::Table => "table",
     };
     write_attribute(file, LAYOUT, layout)?;
-    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.variable.name.as_str()).collect();
-    write_attribute(file, AXES, names.join(" "))?;
-    let names: Vec<&str> = plan.variables.iter().map(|variable| variable.name.as_str()).collect();
-    write_attribute(file, VARIABLES, names.join(" "))?;
-    let names: Vec<&str> = header.meta.iter().map(|(name, _)| name.as_str()).collect();
-    write_attribute(file, META, names.join(" "))?;
+    let axes = plan.axes.iter().map(|axis| &axis.variable.name);
+    let variables = plan.variables.iter().map(|variable| &variable.name);
+    let meta = header.meta.iter().map(|(name, _)| name);
+    for (name, names) in [
+        (AXES, Vec::from_iter(axes)),
+        (VARIABLES, variables.collect()),
+        (META, meta.collect()),
+    ] {
+        let names: Vec<&str> = names.into_iter().map(String::as_str).collect();
+        write_attribute(file, name, names.join(" "))?;
+    }
     if shard.layout == SweepLayout::Grid {
         let group = create_group(file, AXES_GROUP)?;
         for axis in &plan.axes {
@@ -166,10 +170,7 @@ impl ShardFile {
         if !members.iter().any(|member| member.name == EVENTS.0) {
             return Ok(None);
         }
-        let motion = match self.inner.source.attribute(schema::group::META, schema::META_MOTION)? {
-            Some(AttributeValue::Text(motion)) => Some(motion),
-            _ => None,
-        };
+        let motion = self.inner.text_attribute(schema::group::META, schema::META_MOTION)?;
         Ok(Some(EventForm {
             numbers_parts: motion.is_some(),
             translation: motion.as_deref() == Some(schema::TRANSLATION),
@@ -230,10 +231,10 @@ impl ShardFile {
         for name in names(VARIABLES)? {
             self.inner.dataset(&name)?;
             let described = self.inner.source.described(&name)?;
-            variables.push(match described.count_fill() {
-                Some(_) => described.variable(name, StorageKind::Int64),
-                None => described.variable(name, StorageKind::Float64),
-            });
+            let kind = described
+                .count_fill()
+                .map_or(StorageKind::Float64, |_| StorageKind::Int64);
+            variables.push(described.variable(name, kind));
         }
         let shape = self.partition.shape();
         let fits = match self.layout {
@@ -255,35 +256,32 @@ impl ShardFile {
     }
 
     pub(super) fn rows(&self, plan: &SweepPlan) -> Result<ShardRows, ResultError> {
-        let axes: &[SweepAxis] = match self.layout {
-            SweepLayout::Grid => &[],
-            SweepLayout::Table => &plan.axes,
-        };
-        let mut events = None;
-        if plan.events.is_some() {
-            let number = |name: &str| self.column(&format!("{}/{name}", EVENTS.0));
-            let names = ["time", "kind", "mode_after", "relative_velocity", "internal_force"];
-            events = Some(EventRows {
-                point: self.column(&format!("{}/{POINT}", EVENTS.0))?,
-                columns: names.into_iter().map(number).collect::<Result<_, _>>()?,
-                next: 0,
-            });
-        }
+        let is_table = self.layout == SweepLayout::Table;
+        let axes = plan.axes.iter().filter(|_| is_table);
+        let coordinates = axes
+            .map(|axis| self.column(&axis.variable.name))
+            .collect::<Result<_, _>>()?;
+        let values = plan.variables.iter();
+        let values = values.map(|variable| Ok((self.column(&variable.name)?, variable.fill)));
+        let names = [
+            POINT,
+            "time",
+            "kind",
+            "mode_after",
+            "relative_velocity",
+            "internal_force",
+        ];
+        let events = names.into_iter().filter(|_| plan.events.is_some());
+        let events = events.map(|name| self.column(&format!("{}/{name}", EVENTS.0)));
         Ok(ShardRows {
             number: self.column(POINT)?,
             status: self.column(POINT_STATUS)?,
-            coordinates: axes
-                .iter()
-                .map(|axis| self.column(&axis.variable.name))
-                .collect::<Result<_, _>>()?,
-            values: plan
-                .variables
-                .iter()
-                .map(|variable| Ok((self.column(&variable.name)?, variable.fill)))
-                .collect::<Result<_, ResultError>>()?,
+            coordinates,
+            values: values.collect::<Result<_, ResultError>>()?,
             failures: self.failures()?.into_iter().rev().collect(),
-            events,
+            events: events.collect::<Result<_, _>>()?,
             next: 0,
+            next_event: 0,
             file: Arc::clone(&self.inner),
         })
     }
@@ -343,29 +341,10 @@ pub(super) struct ShardRows {
     values: Vec<(ColumnBlocks, Option<i64>)>,
     /// In reverse order.
     failures: Vec<(u64, String)>,
-    events: Option<EventRows>,
+    /// Number of the point, and the five numbers of an event; empty if events are not kept.
+    events: Vec<ColumnBlocks>,
     next: usize,
-}
-
-struct EventRows {
-    point: ColumnBlocks,
-    columns: Vec<ColumnBlocks>,
-    next: usize,
-}
-
-impl EventRows {
-    fn of_point(&mut self, number: u64) -> Result<Vec<SweepCell>, ResultError> {
-        let mut cells = Vec::new();
-        while self.point.at(self.next)? == Some(number as f64) {
-            let mut row = [0.0; 5];
-            for (value, column) in row.iter_mut().zip(&mut self.columns) {
-                *value = column.value(self.next)?;
-            }
-            cells.push(row);
-            self.next += 1;
-        }
-        Ok(cells)
-    }
+    next_event: usize,
 }
 
 impl ShardRows {
@@ -407,8 +386,15 @@ impl ShardRows {
                 _ => return Ok(None),
             }
         }
-        if let Some(events) = &mut self.events {
-            row.events = events.of_point(number)?;
+        if let [point, columns @ ..] = &mut self.events[..] {
+            while point.at(self.next_event)? == Some(number as f64) {
+                let mut event: SweepCell = [0.0; 5];
+                for (value, column) in event.iter_mut().zip(&mut *columns) {
+                    *value = column.value(self.next_event)?;
+                }
+                row.events.push(event);
+                self.next_event += 1;
+            }
         }
         Ok(Some(row))
     }

@@ -96,7 +96,7 @@ const STEP: &str = "solver.fixed_step";
 impl PrecisionStudy {
     /// Reads a study, or reports all its problems with place, key and remedy.
     pub fn parse(source: StudySource) -> Result<PrecisionStudy, CaseError> {
-        let (mut reader, root) = StudyReader::open(&source, &KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source.text, source.label(), &KEYS)?;
         let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), &[]);
         let is_valid = check_case(&mut reader, &root, &head);
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();

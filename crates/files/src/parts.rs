@@ -1,15 +1,114 @@
-//! Additions to a finished result file. `certify` adds /certificate, /sensitivity and /events/time_uncertainty. A
-//! second method adds /witness and /events/witness_time.
+//! Parts of a result file that are not rows: its header, the statistics of stick-slip, and additions. `certify` adds
+//! /certificate, /sensitivity and /events/time_uncertainty; a second method adds /witness and /events/witness_time.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{describe, describe_text, quantity, write_attributes};
-use super::schema::{self, StorageKind, Variable};
-use super::table::{create_empty, create_group};
+use super::schema::{self, Variable};
+use super::table::{ColumnValues, FileColumn, create_empty, create_group, with_type};
 use super::target::{self, Overwrite};
-use super::values::{ColumnValues, FileColumn, with_type};
 use super::{AttributeValue, ResultError, raw};
+use stickslip_system::record::Cycle;
+
+/// Metadata of a run, known before it starts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Header {
+    /// Title of the case; root attribute `title`.
+    pub title: String,
+    /// Program with its version; root attribute `source`.
+    pub source: String,
+    /// Publication of the model; root attribute `references`.
+    pub references: String,
+    /// Date and command in one line; root attribute `history`.
+    pub history: String,
+    /// The TOML text as given.
+    pub case_text: String,
+    /// Every parameter in SI and in full precision, as TOML.
+    pub resolved: String,
+    /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
+    pub meta: Vec<(String, AttributeValue)>,
+    /// Attributes of /events: method of location.
+    pub events: Vec<(String, AttributeValue)>,
+    /// Columns beyond those of every file.
+    pub extension: schema::Extension,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Status {
+    /// The run reached the end of the case.
+    Complete,
+    /// The user or a kill ended the run; the results until then are good.
+    Interrupted,
+    /// The run failed with this message; the results until then are good.
+    Failed(String),
+}
+
+impl Status {
+    /// Status of a computation that has not failed.
+    pub fn of(interrupted: bool) -> Status {
+        match interrupted {
+            true => Status::Interrupted,
+            false => Status::Complete,
+        }
+    }
+
+    /// Root attribute `status`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Status::Complete => "complete",
+            Status::Interrupted => "interrupted",
+            Status::Failed(_) => "failed",
+        }
+    }
+}
+
+/// The table /stick_slip. Cycle k (0-based) is stick k and the slip after it; its period is from stick k to stick k+1.
+/// The final stick has no duration, so there are one fewer cycles than sticks.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StickSlipTable {
+    /// Cycles; empty if the writer has recorded them already.
+    pub cycles: Vec<Cycle>,
+    /// Attributes: quantities and counts. A quantity that the run lacks, such as an onset without a stick, is NaN.
+    pub attributes: Vec<Extra>,
+}
+
+/// A quantity of /stick_slip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extra {
+    /// Name of the attribute.
+    pub name: String,
+    /// UDUNITS unit; "1" for a pure number.
+    pub unit: String,
+    /// Description with the unit.
+    pub description: String,
+    /// Value in its unit.
+    pub value: f64,
+    /// Whether it is stored as int64, not as float64.
+    pub whole: bool,
+}
+
+impl Extra {
+    /// A quantity; `None` is stored as NaN.
+    pub fn new(name: &str, unit: &str, description: &str, value: Option<f64>) -> Self {
+        Extra {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            description: description.to_owned(),
+            value: value.unwrap_or(f64::NAN),
+            whole: false,
+        }
+    }
+}
+
+impl StickSlipTable {
+    /// Value of a quantity or a count; `None` if there is none.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let found = self.attributes.iter().find(|attribute| attribute.name == name);
+        found.map(|attribute| attribute.value).filter(|value| !value.is_nan())
+    }
+}
 
 /// Additions to a group of a result file. /events exists already; every other group is created.
 #[derive(Debug, Clone, PartialEq)]

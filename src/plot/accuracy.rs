@@ -1,17 +1,18 @@
-//! The figure of `stickslip work-precision`.
+//! Figures of `stickslip work-precision` and of `stickslip certify --figure`.
 
-use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use super::style::{GREY, PALETTE};
+use crate::Error;
 use plotters::style::RGBColor;
 use std::path::Path;
+use stickslip_analysis::analysis::stability::onset::{METHODS, Onset};
 use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, StudyResult};
 
 /// Smallest drawn error, s, below any uncertainty of seconds in doubles. Zero has no logarithm.
 const LEAST: f64 = 1e-16;
 
 /// Name of the figure and its files.
-pub const NAME: &str = "work-precision";
+pub const WORK_PRECISION: &str = "work-precision";
 
 /// Runs of one method with one kind of accuracy setting, in the order of the study.
 struct MethodSeries<'a> {
@@ -25,14 +26,14 @@ struct MethodSeries<'a> {
 ///
 /// # Errors
 /// The file is of another kind, of a newer version, or damaged.
-pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
+pub fn of_file(path: &Path) -> Result<Figure, Error> {
     let (title, result) = StudyResult::read(path)?;
-    Ok(figure(&title, &result))
+    Ok(work_precision_figure(&title, &result))
 }
 
 /// Errors over calls of the right-hand side, and over time. Open circles are errors within the uncertainty of the
 /// reference, which is the dashed line.
-pub fn figure(title: &str, result: &StudyResult) -> Figure {
+pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
     let series = series(&result.measurements);
     let calls: fn(&Measurement) -> f64 = |m| m.rhs_evaluations as f64;
     let panel = |x: Axis, of_x: fn(&Measurement) -> f64, name: &str, error: fn(&MethodErrors) -> Option<f64>| {
@@ -67,7 +68,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         panel(by_calls(), calls, "largest error", |e| e.largest),
         panel(Axis::new("time", "s"), |m| m.wall_time, "largest error", |e| e.largest),
     ];
-    Figure::new(NAME, title, panels)
+    Figure::new(WORK_PRECISION, title, panels)
 }
 
 /// Colour of method `number` (from 0). Beyond the palette the colours repeat in darker shades; thirteen are distinct.
@@ -97,4 +98,54 @@ fn series(measurements: &[Measurement]) -> Vec<MethodSeries<'_>> {
         }
     }
     series
+}
+
+/// Name of the figure and its files.
+pub const ONSET: &str = "onset-against-tolerance";
+
+/// Smallest drawn distance, s, about the spacing of doubles at the times. Zero has no logarithm.
+const LEAST_DISTANCE: f64 = 1e-15;
+
+/// Time of the first stick over the tolerance, without and with a kick on one scale, and its distance from the first
+/// stick of the first method at its finest tolerance.
+pub fn onset_figure(title: &str, onsets: &[Onset]) -> Figure {
+    let times = extent(onsets.iter().filter_map(|onset| onset.first_stick));
+    let reference = onsets
+        .iter()
+        .filter(|onset| onset.kicked && onset.method == METHODS[0].name())
+        .filter_map(|onset| onset.first_stick)
+        .next_back();
+    let curves = |kicked: bool, value: &dyn Fn(f64) -> Option<f64>, skipped: usize| -> Vec<Curve> {
+        let mut curves = Vec::new();
+        for (method, color) in METHODS.iter().zip(PALETTE).skip(skipped) {
+            let points: Vec<(f64, f64)> = onsets
+                .iter()
+                .filter(|onset| onset.kicked == kicked && onset.method == method.name())
+                .filter_map(|onset| Some((onset.rtol, value(onset.first_stick?)?)))
+                .collect();
+            curves.push(Curve::line(method.name(), color, points.clone()));
+            curves.push(Curve::line("", color, points).styled(CurveStyle::Points));
+        }
+        drawn(curves)
+    };
+    let panel = |y: Axis, curves| Panel::new(Axis::new("rtol", "1").by_powers(), y, curves);
+    let first_stick = |name: &str| {
+        let range = times.map(|(low, high)| {
+            // A margin of 5 % on each side, as without a fixed range.
+            let margin = ((high - low) / 20.0).max(f64::EPSILON * high.abs());
+            (low - margin, high + margin)
+        });
+        Axis {
+            range,
+            ..Axis::new(name, "s")
+        }
+    };
+    let distance = |time: f64| Some((time - reference?).abs().max(LEAST_DISTANCE));
+    let distances = Axis::new("kicked, distance", "s").by_powers();
+    let panels = vec![
+        panel(first_stick("no kick"), curves(false, &Some, 0)),
+        panel(first_stick("kicked"), curves(true, &Some, 0)),
+        panel(distances, curves(true, &distance, 1)),
+    ];
+    Figure::new(ONSET, format!("First stick against tolerance: {title}"), panels)
 }

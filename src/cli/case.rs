@@ -1,0 +1,103 @@
+//! `stickslip case`: the text of a built-in case or study, and a list of them with the commands that accept them.
+
+use super::arguments::{CaseOptions, Common};
+use super::{CommandEnd, print, print_json, show};
+use crate::Error;
+use crate::report::{Page, PageTable, Report};
+use serde::Serialize;
+use stickslip_analysis::analysis::work_precision::{self, PrecisionStudy};
+use stickslip_analysis::calibrate::{CALIBRATIONS, CalibrationStudy};
+use stickslip_analysis::continuation::{CONTINUATIONS, ContinuationStudy};
+use stickslip_analysis::sweep::{STUDIES, Study, StudySource};
+use stickslip_case::builtin::{self, BuiltIn};
+use stickslip_case::{Case, CaseError, CaseSource, Origin};
+
+/// Built-in studies: command, studies, title of one.
+type StudiesOfCommand = (
+    &'static str,
+    &'static [BuiltIn],
+    fn(StudySource) -> Result<String, CaseError>,
+);
+
+const OF_COMMANDS: [StudiesOfCommand; 4] = [
+    ("sweep", STUDIES, |source| Ok(Study::parse(source, &[])?.head.title)),
+    ("calibrate", CALIBRATIONS, |source| {
+        Ok(CalibrationStudy::parse(source, &[])?.runs.head.title)
+    }),
+    ("continue", CONTINUATIONS, |source| {
+        Ok(ContinuationStudy::parse(source, &[])?.head.title)
+    }),
+    ("work-precision", work_precision::STUDIES, |source| {
+        Ok(PrecisionStudy::parse(source)?.head.title)
+    }),
+];
+
+/// An entry of `case --list`.
+#[derive(Serialize)]
+pub(super) struct ListedCase {
+    pub name: &'static str,
+    /// Kind of case or study.
+    pub kind: &'static str,
+    pub command: &'static str,
+    pub title: String,
+}
+
+pub(super) fn listed() -> Result<Vec<ListedCase>, Error> {
+    let entry = |name, kind, command, title| ListedCase {
+        name,
+        kind,
+        command,
+        title,
+    };
+    let mut listed = Vec::new();
+    for case in builtin::all() {
+        let title = Case::read(&CaseSource::built_in(case.name)?, &[])?.title;
+        listed.push(entry(case.name, "case", "run", title));
+    }
+    for (command, studies, title) in OF_COMMANDS {
+        for study in studies {
+            let title = title(StudySource::text(study.name, study.text))?;
+            listed.push(entry(study.name, "study", command, title));
+        }
+    }
+    Ok(listed)
+}
+
+/// Built-in cases and studies.
+impl Report for Vec<ListedCase> {
+    fn page(&self) -> Page {
+        let table = PageTable::of(self)
+            .text("name", |case| case.name)
+            .text("for stickslip", |case| case.command)
+            .text("title", |case| &case.title)
+            .done();
+        let hint = "`stickslip case NAME` prints the text of a case or a study, to start from";
+        Page::default().with(table).with(hint)
+    }
+}
+
+#[derive(Serialize)]
+struct CaseText<'a> {
+    name: &'a str,
+    text: &'a str,
+}
+
+pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, Error> {
+    let Some(name) = &options.name else {
+        return show(common, &listed()?);
+    };
+    let mut studies = OF_COMMANDS.into_iter().flat_map(|(_, studies, _)| studies);
+    let source = match studies.find(|study| study.name == name) {
+        Some(study) => CaseSource {
+            text: study.text.to_owned(),
+            origin: Origin::BuiltIn(study.name.to_owned()),
+        },
+        None => CaseSource::built_in(name)?,
+    };
+    let text = &source.text;
+    match common.json {
+        true => print_json(&CaseText { name, text })?,
+        false => print(text)?,
+    }
+    Ok(CommandEnd::Done)
+}
