@@ -116,7 +116,7 @@ impl Cause for ChangedSystem {
     }
 
     fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        if *self == ChangedSystem::State && evidence.starts.get(start)? == &TrialStart::Case {
+        if self.is_state() && matches!(evidence.starts.get(start)?, TrialStart::Case) {
             return None;
         }
         evidence.with(start, |system| match self {
