@@ -37,8 +37,8 @@ const APART: f64 = 0.25;
 const FITTED: usize = 3;
 
 impl ChangedSystem {
-    /// A run without the kick up to the onset of the reference, if the candidate may not be kicked. The same events at
-    /// other times are those of a kicked motion.
+    /// A run without the kick up to the onset of the reference, if the candidate may not be kicked. A motion
+    /// with the same events at other times is kicked.
     pub fn unkicked_up_to_onset(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
         let Some(kicked) = evidence.kicked.filter(|_| evidence.observation.is_some()) else {

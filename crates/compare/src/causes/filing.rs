@@ -342,7 +342,7 @@ impl FiledRows {
         }
         let play = |late: f64, _: f64| Some(with(late)?.played(evidence));
         let shown = fitted(evidence, begin, half, &play).and_then(with);
-        // What the samples show has to be clearly better.
+        // The fitted value has to be clearly better.
         let better = shown.filter(|shown| 2.0 * left(shown) < left(&best));
         Some(better.unwrap_or(best))
     }
@@ -360,7 +360,7 @@ impl FiledRows {
                 each.filter_map(|(count, place)| left(count, place).map(|(left, which)| (left, count, place, which)));
             each.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        // Of large numbers some are tried, and then those around the best.
+        // Large numbers are tried at intervals, then those around the best.
         let next = |count: &usize| Some((count + 1).max(count * 17 / 16)).filter(|count| *count <= MOST_AVERAGED);
         let places = [Place::Last, Place::Middle, Place::Padded];
         let (_, about, place, _) = best(std::iter::successors(Some(2), next).collect(), &places)?;
@@ -551,7 +551,7 @@ fn proposals(all: Vec<Option<FiledRows>>) -> Vec<Proposal> {
         .collect()
 }
 
-/// Other mistakes that explain as much as the first of `all`, which is a mistake of the file. Those of the file are
+/// Other mistakes that explain as much as the first of `all`, which is a mistake of the file. Mistakes of the file are
 /// returned in words. The first one of the motion becomes a diagnosis, which says that `name` and it look alike.
 pub(super) fn beside(search: &Search<'_>, name: &str, all: &[Tried], causes: &mut Causes) -> String {
     let (of_file, of_motion): (Vec<Tried>, Vec<Tried>) =

@@ -29,7 +29,7 @@ pub(crate) struct Judged {
     pub before: Agreement,
     pub after: Agreement,
     events: bool,
-    /// What the candidate does before its first difference contradicts the motion.
+    /// The candidate contradicts the motion before its first difference.
     contradicted: bool,
     /// A constant of each channel explains as much.
     constant: bool,
@@ -40,7 +40,7 @@ impl Judged {
         self.explained >= EXPLAINED && self.events && !self.contradicted && !self.constant
     }
 
-    /// What is against a motion that explains nearly all, in words; `least` is the share that it has to explain.
+    /// The reason against a motion that explains nearly all, in words; `least` is the share that it has to explain.
     pub fn why_not(&self, least: f64) -> &'static str {
         match () {
             () if self.explained < least => ", which is not enough for it",

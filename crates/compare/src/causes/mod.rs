@@ -77,8 +77,8 @@ pub(crate) trait Cause: Debug + Send + Sync {
     /// Kind of the diagnosis, and the mistake in words: "its kick acts on the rotor's surface alone".
     fn words(&self, search: &Search<'_>) -> (CauseKind, String);
 
-    /// Number of values that differ, or the complexity of the mistake on that scale. Of mistakes that explain as much,
-    /// the one with the least is named.
+    /// Number of values that differ, or the complexity of the mistake on that scale. Among mistakes that explain as
+    /// much, the one with the least is named.
     fn complexity(&self, evidence: &Evidence<'_>) -> usize;
 
     /// How well the motion explains the candidate.

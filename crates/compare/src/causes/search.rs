@@ -62,7 +62,7 @@ pub(crate) struct Search<'a> {
 pub(crate) enum FoundCauses {
     /// Mistakes that reproduce the candidate equally well, the simplest first.
     Causes(Vec<Tried>),
-    /// No mistake, or two pairs of parameters equally well. What was tried, the closest first.
+    /// No mistake, or two pairs of parameters equally well. The mistakes that were tried, the closest first.
     Unexplained(Vec<Tried>),
 }
 
@@ -250,7 +250,7 @@ impl Search<'_> {
         FoundCauses::Causes(chosen)
     }
 
-    /// What a run with a mistake reproduces, in words.
+    /// The share that a run with a mistake explains, and its events, in words.
     pub fn outcome(&self, tried: &Tried) -> String {
         let evidence = self.evidence;
         let judged = &tried.judged;

@@ -48,7 +48,7 @@ const DECADES: i32 = 4;
 const NEAR: f64 = 0.125;
 
 impl Evidence<'_> {
-    /// Those whose steps end at each sample, or several times between two samples. At the end of a step a sample may show
+    /// Solvers with a step that ends at each sample, or with several steps between two samples. At the end of a step a sample may show
     /// either side of an event.
     fn possible(&self, steppers: impl IntoIterator<Item = Stepper>) -> Vec<Stepper> {
         let longest = self
@@ -66,7 +66,7 @@ impl Evidence<'_> {
         each.collect()
     }
 
-    /// The same solver with what it may do besides at an event.
+    /// Variants of a solver by its handling of an event.
     fn variants(&self, stepper: Stepper) -> Vec<Stepper> {
         let has_band = matches!(stepper.stop, Stop::Within(band) | Stop::Frozen(band) if band > 0.0);
         // The law in a step through zero matters if a step is long, or if a slip begins with a remaining speed.
