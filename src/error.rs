@@ -1,5 +1,7 @@
 //! The error of figures, exports and commands.
 
+#![cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only commands need all of it"))]
+
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::io;

@@ -1,5 +1,7 @@
 //! Where output goes. An earlier version of a file is replaced, and any other file by force only.
 
+#![cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only commands need all of it"))]
+
 use crate::Error;
 use crate::plot::signature;
 use std::fs::File;

@@ -272,7 +272,7 @@ impl CatalogueEntry {
     }
 }
 
-/// Surfaces that stick together share axes. Those of a brake are too far apart.
+/// Surfaces that stick together share axes. The surfaces of a brake are too far apart.
 fn surface_speeds(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let panels = if subject.run.stops() { SURFACES } else { TOGETHER };
     let form = Whole(panels);
@@ -326,7 +326,7 @@ fn after_corner(subject: &Subject) -> View {
     Ok(((corner, corner + 6.0 * period), period))
 }
 
-/// The same window, with samples that show the motion of the surfaces.
+/// The window after the last corner, with samples that show the motion of the surfaces.
 fn on_plateau(subject: &Subject) -> View {
     Ok((after_corner(subject)?.0, subject.period))
 }

@@ -34,7 +34,7 @@ const COLORS: usize = 256;
 const AREA_OPACITY: f64 = 0.35;
 /// Overlap of cells (drawing units), so that the background is not visible between them, even with large pixels.
 const CELL_OVERLAP: f64 = 40.0;
-/// Of a panel, drawing units.
+/// Least height of a panel, drawing units.
 const LEAST_HEIGHT: f64 = 1300.0;
 const HEADROOM: f64 = 0.05;
 

@@ -100,7 +100,7 @@ pub(super) const fn entry(name: &'static str, title: &'static str, form: FigureF
 
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
-/// A time window (s) and the period (s) of the motion in it, or the reason why there is none.
+/// A time window (s) and the period (s) of the motion in it, or the reason for its absence.
 pub(super) type View = Result<((f64, f64), f64), NoFigure>;
 
 /// The runs to draw, and the times that divide the first run.
@@ -161,7 +161,7 @@ impl<'a> Subject<'a> {
         self.final_stick.or(last).unwrap_or(f64::NAN)
     }
 
-    /// The part of a view that the first run covers with sufficient samples, or the reason why there is none.
+    /// The part of a view that the first run covers with sufficient samples, or the reason for its absence.
     pub(super) fn resolved(&self, view: View) -> Result<(f64, f64), Undrawn> {
         let ((from, to), period) = view?;
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));

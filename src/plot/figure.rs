@@ -48,7 +48,7 @@ pub struct Panel {
 /// Translucent area between two lines over the same x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
-    /// Label in the legend; empty if there is none.
+    /// Label in the legend; may be empty.
     pub label: String,
     /// Fill colour.
     pub color: RGBColor,
@@ -259,7 +259,7 @@ impl Axis {
         }
     }
 
-    /// The same axis with a symbol.
+    /// Adds a symbol.
     pub fn with_symbol(self, symbol: &str) -> Axis {
         Axis {
             symbol: symbol.to_owned(),

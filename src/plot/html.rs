@@ -38,7 +38,7 @@ pub(crate) fn styled(style: &str) -> String {
     filled(style, &[("light", LIGHT), ("dark", DARK)])
 }
 
-/// What is drawn on a page: its HTML, and its scripts in the order of their dependences.
+/// HTML of a page, and its scripts in the order of their dependences.
 pub(super) struct Assets {
     body: &'static str,
     scripts: &'static [&'static str],
@@ -160,7 +160,7 @@ pub(super) const LETTERS: usize = 11;
 /// Digits of values whose tolerance is unknown.
 pub(super) const USUAL_DIGITS: usize = 9;
 
-/// What a column is for: a parameter, which is exact; a quantity to draw; a text, which the pointer reads or only the
+/// Purpose of a column: a parameter, which is exact; a quantity to draw; a text, which the pointer reads or only the
 /// list has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]

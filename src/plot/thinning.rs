@@ -332,7 +332,7 @@ fn with_end(mut ranges: Vec<Range<usize>>, end: Range<usize>) -> Vec<Range<usize
     ranges
 }
 
-/// Largest n up to `most` for which the monotone `fits` is true; 0 if there is none.
+/// Largest n up to `most` for which the monotone `fits` is true; 0 without any.
 fn largest(most: usize, fits: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, most);
     while low < high {

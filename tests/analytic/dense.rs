@@ -315,12 +315,8 @@ fn multiprecision_states_between_the_samples_are_the_oracles() {
     }
     assert!(compared > 20, "{compared}");
     // At an event, each side has its own value: where the surfaces stick, the friction torque jumps.
-    let stick = file
-        .events()
-        .unwrap()
-        .into_iter()
-        .find(|event| event.kind == EventKind::Stick)
-        .unwrap();
+    let events = file.events().unwrap();
+    let stick = events.into_iter().find(|event| event.kind == EventKind::Stick).unwrap();
     let torque = |side| dense.values("friction_torque", &[stick.time], side).unwrap()[0];
     assert!((torque(EventSide::Before) - torque(EventSide::After)).abs() > 0.1);
     let before = stick.before;

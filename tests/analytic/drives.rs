@@ -123,11 +123,8 @@ fn analytic_a_number_goes_by_the_path_of_its_key() {
         "signals.1.value.0",
         "signals.1.value.1",
     ];
-    let expected = others
-        .iter()
-        .map(|&path| path.to_owned())
-        .chain(wave)
-        .collect::<Vec<_>>();
+    let values = others.iter().map(|&path| path.to_owned());
+    let expected = values.chain(wave).collect::<Vec<_>>();
     assert_eq!(paths, expected);
     Drive::Value(1.0)
         .try_map(|path, _| {

@@ -104,7 +104,7 @@ mod absolute_angles {
 
 mod bounds {
     use proptest::prelude::*;
-    use stickslip::model::bounds::positive_for;
+    use stickslip::model::breakaway::positive_for;
 
     proptest! {
         #[test]

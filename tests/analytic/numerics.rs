@@ -122,7 +122,7 @@ mod radau {
 
 mod radau_tableau {
     use nalgebra::Complex;
-    use stickslip::numerics::radau_tableau::{RadauTableau, legendre, legendre_integrals};
+    use stickslip::numerics::radau::{RadauTableau, legendre, legendre_integrals};
 
     const S: usize = 7;
 

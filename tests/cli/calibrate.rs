@@ -1,6 +1,6 @@
 //! `stickslip calibrate` from the user's side: report, file, case, refusals, interruption.
 
-use crate::common::cli::{Folder, json, output, refusal, says, send};
+use crate::common::cli::{Folder, json, refusal, says, send};
 
 /// A calibration that T_n = 2 pi sqrt(J/k_t) alone decides, with short runs.
 pub const QUICK: &str = r#"
@@ -171,7 +171,7 @@ fn regression_what_cannot_be_written_is_said_before_the_search() {
     if cfg!(target_os = "linux") {
         // Nobody can create a file in /proc.
         let arguments = ["calibrate", "inertia.toml", "-o", "x.h5", "--case", "/proc/x.toml"];
-        let (_, text) = output(&mut folder.stickslip(&arguments), 1);
+        let (_, text) = folder.ends(&arguments, 1);
         says(&text, &["/proc/x.toml", "another with --case"]);
     }
     assert_eq!(folder.names(), [".inertia.partial.h5.lock", "inertia.toml"]);
@@ -181,7 +181,7 @@ fn regression_what_cannot_be_written_is_said_before_the_search() {
 fn cli_targets_out_of_reach_of_all_fail_with_the_nearest() {
     let folder = Folder::new();
     folder.write("none.toml", QUICK.replace("0.00024 s", "0.9 s"));
-    let (stdout, stderr) = output(&mut folder.stickslip("calibrate none.toml"), 1);
+    let (stdout, stderr) = folder.ends("calibrate none.toml", 1);
     assert_eq!(stdout, "");
     says(&stderr, &["no target holds anywhere", "natural_period"]);
 }

@@ -1,6 +1,6 @@
 //! `stickslip check`: a file is as the program wrote it, or the difference is named.
 
-use crate::common::cli::{Folder, json, output};
+use crate::common::cli::{Folder, json};
 use crate::common::unlocked;
 
 const STUDY: &str = r#"
@@ -20,7 +20,7 @@ fn sound(folder: &Folder, name: &str) {
 
 /// The places that `check` reports.
 fn wrong(folder: &Folder, name: &str) -> Vec<(String, String)> {
-    let (stdout, stderr) = output(&mut folder.stickslip(&["check", name, "--json"]), 1);
+    let (stdout, stderr) = folder.ends(&["check", name, "--json"], 1);
     assert!(stderr.contains("problem"), "{stderr}");
     let report = json(&stdout);
     let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
@@ -38,10 +38,7 @@ fn cli_every_run_passes() {
     folder.ok("run release -o run.h5 -q --set output.steps=true");
     sound(&folder, "run.h5");
     let end = ["--set", "solver.max_events=20"];
-    output(
-        &mut folder.stickslip(&["run", "-o", "some.h5", "-q", end[0], end[1]]),
-        1,
-    );
+    folder.ends(&["run", "-o", "some.h5", "-q", end[0], end[1]], 1);
     sound(&folder, "some.partial.h5");
 }
 
@@ -53,7 +50,7 @@ fn cli_files_of_every_motion_are_sound() {
         folder.ok(&["run", case, "-q"]);
         let file = format!("{case}.h5");
         sound(&folder, &file);
-        assert_eq!(output(&mut folder.stickslip(&["check", &file]), 0).1, "", "{case}");
+        assert_eq!(folder.ends(&["check", &file], 0).1, "", "{case}");
     }
     let unit_of = |file: &str, name: &str| {
         let stdout = folder.ok(&["inspect", file]);
@@ -350,6 +347,6 @@ fn cli_what_is_no_file_of_this_program_is_wrong_input() {
     folder.write("text.h5", "time,theta\n");
     unlocked::create(folder.path("other.h5")).unwrap();
     for name in ["text.h5", "other.h5", "none.h5"] {
-        output(&mut folder.stickslip(&["check", name]), 2);
+        folder.ends(&["check", name], 2);
     }
 }

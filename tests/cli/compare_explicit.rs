@@ -1,6 +1,7 @@
 //! `stickslip compare` with histories of explicit finite-element codes, from the user's side.
 
-use crate::common::cli::{Folder, json, refusal, says};
+use super::compare::{agrees, compared, with_reference};
+use crate::common::cli::{Folder, says};
 use crate::common::compare::{csv, paper, rows_of};
 use stickslip::results::ResultFile;
 
@@ -24,30 +25,10 @@ fn history() -> Vec<[f64; 5]> {
     rows.filter(|row| (START..=6.99).contains(&row[0])).collect()
 }
 
-fn with_reference() -> Folder {
-    let folder = Folder::new();
-    std::fs::copy(paper(), folder.path("paper.h5")).unwrap();
-    folder
-}
-
-fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
-    let mut all = vec!["compare", "paper.h5", "--json"];
-    all.extend(arguments);
-    let stdout = folder.ok(&all);
-    json(&stdout)["comparisons"][0].clone()
-}
-
-#[track_caller]
-fn agrees(c: &serde_json::Value) {
-    let verdict = &c["verdict"];
-    assert_eq!((&c["missing"], &c["spurious"]), (&0.into(), &0.into()), "{verdict}");
-    assert_eq!(c["event_errors"]["matched"], 95, "{verdict}");
-}
-
 fn refused(folder: &Folder, arguments: &[&str]) -> String {
     let mut all = vec!["compare", "paper.h5"];
     all.extend(arguments);
-    refusal(&mut folder.stickslip(&all))
+    folder.refused(&all, "")
 }
 
 /// In stick, 32-bit speeds of some rad/s differ in their last digits, by 1e-7 rad/s.

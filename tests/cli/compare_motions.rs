@@ -1,7 +1,7 @@
 //! `stickslip compare` and `stickslip work-precision` for systems in the general form, from the user's side.
 
 use crate::common::cases::built_in;
-use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::cli::{Folder, json, says};
 
 #[test]
 fn cli_a_result_of_trains_is_compared_with_another_method() {
@@ -9,7 +9,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     folder.ok("run drill-string -q");
     let other = ["run", "drill-string", "-q", "--method", "cvode-bdf", "-o", "bdf.h5"];
     folder.ok(&other);
-    let (stdout, stderr) = output(&mut folder.stickslip("compare drill-string.h5 bdf.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0"), 0);
+    let (stdout, stderr) = folder.ends("compare drill-string.h5 bdf.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0", 0);
     assert_eq!(stderr, "");
     says(
         &stdout,
@@ -19,7 +19,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
     says(&page, &["matched events", "rotor_twist"]);
     let short = ["compare", "drill-string.h5", "bdf.h5", "--require", "final_stick<1"];
-    let (_, stderr) = output(&mut folder.stickslip(&short), 1);
+    let (_, stderr) = folder.ends(&short, 1);
     assert!(stderr.contains("final_stick does not exist"), "{stderr}");
 }
 
@@ -48,9 +48,13 @@ fn cli_columns_of_trains_are_named_and_have_units() {
     assert!(channels.iter().all(|row| row["max"].as_f64().unwrap() < 1e-14), "{c}");
     // A unit of rotation, and an unknown name.
     let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "velocity=pace:rpm"];
-    assert!(refusal(&mut folder.stickslip(&wrong)).contains("rpm"));
+    assert!(folder.refused(&wrong, "").contains("rpm"));
     let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "rotor_twist_3=pace"];
-    assert!(refusal(&mut folder.stickslip(&wrong)).contains("there are relative_velocity, phi1, phi1_dot"));
+    assert!(
+        folder
+            .refused(&wrong, "")
+            .contains("there are relative_velocity, phi1, phi1_dot")
+    );
 }
 
 #[test]
@@ -83,12 +87,8 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
     for pair in [["other.h5", "trains.h5"], ["trains.h5", "other.h5"]] {
         let c = &folder.json(&["compare", pair[0], pair[1]])["comparisons"][0];
         assert_eq!(c["causes"][0]["cause"], "another-case", "{c}");
-        let keys: Vec<_> = c["case_differences"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|d| &d["key"])
-            .collect();
+        let as_array = c["case_differences"].as_array().unwrap();
+        let keys: Vec<_> = as_array.iter().map(|d| &d["key"]).collect();
         assert_eq!(keys, ["rotor.damping", "stator.damping"], "{c}");
     }
     folder.ok("run belt-leine -q --no-witness");
@@ -116,7 +116,7 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
          \"cvode-adams\"]\ntolerances = [1e-5, 1e-9]\n",
     );
     let arguments = ["work-precision", "belt.toml", "--figure", "pictures", "--json"];
-    let (stdout, stderr) = output(&mut folder.stickslip(&arguments), 0);
+    let (stdout, stderr) = folder.ends(&arguments, 0);
     assert_eq!(stderr, "");
     let document = json(&stdout);
     let reference = &document["reference"];
@@ -150,6 +150,6 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
     );
     folder.refused(
         "work-precision truth.toml",
-        &["x.json: the true events cannot be read: no such file"],
+        "x.json: the true events cannot be read: no such file",
     );
 }

@@ -1,18 +1,13 @@
 //! `stickslip compare` with candidates in which a parameter of the case differs. Some are made by a bare solver that
 //! starts at the kick, others by runs of this program from t = 0, whose table of events is the candidate.
 
-use crate::common::cli::{Folder, json, says};
+use super::compare::with_reference;
+use crate::common::cli::{Folder, json};
 use crate::common::compare::{SOUND, Solver, csv, events_csv, kick, paper, parameters, rows_of, run, word_of};
 use serde_json::Value;
 use stickslip::friction::FrictionLaw;
 use stickslip::model::Parameters;
 use stickslip::record::State;
-
-fn with_reference() -> Folder {
-    let folder = Folder::new();
-    std::fs::copy(paper(), folder.path("paper.h5")).unwrap();
-    folder
-}
 
 fn compared(folder: &Folder, candidate: &str, options: &[&str]) -> (Value, String) {
     let arguments = [&["compare", "paper.h5", candidate, "--json"], options].concat();
@@ -137,16 +132,6 @@ fn cli_long_another_breakaway_is_named_with_its_coefficient() {
     // The printed report has the same verdict.
     let text = folder.ok("compare paper.h5 mine.csv --events events.csv");
     assert!(text.contains("friction.breakaway (mu_0) = 0.62"), "{text}");
-}
-
-#[test]
-fn cli_a_right_solver_is_not_told_another_number() {
-    let (c, text) = solved(|_, _| {});
-    assert!(
-        c.get("parameters").is_none() && c.get("kick").is_none() && c.get("clock").is_none(),
-        "{text}"
-    );
-    assert_eq!(c["causes"], Value::Array(Vec::new()));
 }
 
 #[test]
@@ -293,23 +278,4 @@ fn cli_long_events_alone_name_each_number() {
         ("perturbation.0.relative_velocity", 2.6e-6),
         ("torsion.surface_inertia", 0.0226),
     ]);
-}
-
-#[test]
-fn cli_rows_with_six_digits_are_called_so() {
-    let (_, _, state) = kick();
-    let rows = SOUND.run_with(&parameters(), &state);
-    let folder = with_reference();
-    let mut text = "time,relative_velocity\n".to_owned();
-    for (time, values) in &rows {
-        text += &format!("{time:.5},{:.5e}\n", values[5]);
-    }
-    folder.write("short.csv", text);
-    let (report, _) = crate::common::cli::output(&mut folder.stickslip("compare paper.h5 short.csv"), 0);
-    says(
-        &report,
-        "its times are numbers with 5 decimals &
-         have the time of the one before and are left out: write more digits",
-    );
-    assert!(!report.contains("is there twice"), "{report}");
 }

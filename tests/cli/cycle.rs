@@ -1,6 +1,6 @@
 //! `stickslip cycle` from a point of a branch, and its report.
 
-use crate::common::cli::{Folder, output, says};
+use crate::common::cli::{Folder, says};
 use crate::plot_branches::with_branches;
 use stickslip::continuation::Stored;
 
@@ -97,22 +97,16 @@ fn cli_the_file_of_branches_is_not_replaced() {
 #[test]
 fn cli_the_wall_time_of_cycles_and_branches_is_kept() {
     let folder = Folder::new();
-    let (_, stderr) = output(
-        &mut folder.stickslip("cycle belt-exponential --set solver.max_wall_time=1e-6"),
-        1,
-    );
+    let (_, stderr) = folder.ends("cycle belt-exponential --set solver.max_wall_time=1e-6", 1);
     says(&stderr, "wall time & max_wall_time");
     assert_eq!(folder.names(), [""; 0]);
     let study = "continue sliding-bifurcations -o b.h5 -q";
     let started = std::time::Instant::now();
-    let (_, stderr) = output(
-        &mut folder.stickslip(&format!("{study} --set solver.max_wall_time=1")),
-        1,
-    );
+    let (_, stderr) = folder.ends(&format!("{study} --set solver.max_wall_time=1"), 1);
     says(&stderr, "max_wall_time is over & b.journal & --resume");
     assert!(started.elapsed().as_secs() < 60);
     assert_eq!(folder.names(), ["b.journal", "b.partial.h5"]);
     let again = "--resume --set 'solver.max_wall_time=\"1.5 s\"'";
-    let (_, stderr) = output(&mut folder.stickslip(&format!("{study} {again}")), 1);
+    let (_, stderr) = folder.ends(&format!("{study} {again}"), 1);
     says(&stderr, "max_wall_time is over");
 }

@@ -115,7 +115,7 @@ fn cli_export_says_that_a_window_goes_beyond_the_run() {
                 .chain([window])
                 .chain(more.iter().copied())
                 .collect();
-            output(&mut folder.stickslip(&all), 0)
+            folder.ends(&all, 0)
         };
         let ((beyond, warned), (inside, silent)) = (window("6.97:8"), window("6.97:"));
         assert_eq!(beyond, inside);
@@ -149,7 +149,7 @@ fn cli_export_at_given_times() {
     let share = (0.5 - times[row - 1]) / (times[row] - times[row - 1]);
     let line = forces[row - 1] + share * (forces[row] - forces[row - 1]);
     assert!((numbers(&force["applied_force"])[1] - line).abs() <= 1e-12 * line);
-    let (_, stderr) = output(&mut folder.stickslip("export run.h5 -o - --rate 1"), 0);
+    let (_, stderr) = folder.ends("export run.h5 -o - --rate 1", 0);
     assert!(stderr.contains("energy_residual"), "{stderr}");
     assert!(!stderr.contains("applied_force"), "{stderr}");
     let rate = run(&["--rate", "4", "--window", "0.25:1.5"]);
@@ -243,7 +243,7 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
         (&["missing.h5", "-o", "x.csv"], "no such file"),
     ] {
         let all: Vec<&str> = std::iter::once("export").chain(arguments.iter().copied()).collect();
-        let (stdout, stderr) = output(&mut folder.stickslip(&all), 2);
+        let (stdout, stderr) = folder.ends(&all, 2);
         let found = stdout.is_empty();
         assert_eq!(found, !arguments.contains(&"--json"), "{arguments:?}: {stdout}");
         assert!(stderr.contains(words), "{arguments:?}: {stderr}");
@@ -289,7 +289,7 @@ fn cli_export_benchmark_is_a_package() {
     let folder = with_run();
     folder.refused(
         "export run.h5 --benchmark -o bench",
-        &["no certificate", "stickslip certify"],
+        "no certificate & stickslip certify",
     );
     assert!(!folder.path("bench").exists());
     folder.ok("certify run.h5 -q -o certified.h5");
@@ -308,12 +308,8 @@ fn cli_export_benchmark_is_a_package() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
-    let mut listed: Vec<String> = files
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|name| name.as_str().unwrap().to_owned())
-        .collect();
+    let as_array = files.as_array().unwrap();
+    let mut listed: Vec<String> = as_array.iter().map(|name| name.as_str().unwrap().to_owned()).collect();
     there.sort();
     listed.sort();
     assert_eq!(there, listed);
@@ -333,12 +329,8 @@ fn cli_export_benchmark_is_a_package() {
     let readme = read("README.md");
     assert!(readme.contains("A. Name") && readme.contains("SHA-256"), "{readme}");
     let parameters = json(&read("parameters.json"));
-    let damping = parameters["parameters"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|one| one["key"] == "torsion.damping")
-        .unwrap();
+    let as_array = parameters["parameters"].as_array().unwrap();
+    let damping = as_array.iter().find(|one| one["key"] == "torsion.damping").unwrap();
     assert_eq!(damping["unit"], "N m s/rad");
     assert_eq!(damping["value"], 22.59696580552334);
     let equations = read("equations.md");

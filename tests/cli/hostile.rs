@@ -164,7 +164,7 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
     let folder = Folder::new();
     folder.write("secret", "root:$6$verysecret:19000:0:99999:7:::\nuser:$6$other,1,2\n");
     folder.write("s.toml", "case = \"paper\"\npoints = \"secret\"\n");
-    let said = refusal(&mut folder.stickslip("sweep s.toml"));
+    let said = folder.refused("sweep s.toml", "");
     assert!(said.contains("secret:1") && !said.contains("verysecret"), "{said}");
     // A misspelt key is quoted, as in other messages.
     folder.write("points.csv", "friction.deccay\n1\n");
@@ -180,10 +180,10 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
         "\u{1b}[2J=1",
         "friction.decay=\u{1b}[31m1",
     ] {
-        let said = refusal(&mut folder.stickslip(&["run", "--set", setting]));
+        let said = folder.refused(&["run", "--set", setting], "");
         assert!(said.len() < 600 && !said.contains('\u{1b}'), "{said:?}");
     }
-    folder.ok_short(&["-q", "-o", "x.h5", "--set", "title=\"a\\u001b[2Jb\""]);
+    folder.ok_short("-q -o x.h5 --set title=\"a\\u001b[2Jb\"");
     for arguments in [&["inspect", "x.h5"][..], &["run", "x.h5", "-o", "y.h5"]] {
         let stdout = folder.ok(arguments);
         assert!(stdout.contains("a\\u{1b}[2Jb"), "{stdout:?}");

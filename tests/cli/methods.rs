@@ -9,10 +9,7 @@ use stickslip::simulation::Method;
 fn cli_help_and_errors_list_every_method() {
     let folder = Folder::new();
     let help = folder.ok("run --help");
-    let said = folder.refused_short(
-        "--method erk-dormandprince",
-        &["did you mean \"erk-dormand-prince-54\""],
-    );
+    let said = folder.refused_short("--method erk-dormandprince", "did you mean \"erk-dormand-prince-54\"");
     // The help is wrapped to the width of a terminal.
     let help: String = help.split_whitespace().collect();
     for method in Method::all() {

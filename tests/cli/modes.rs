@@ -1,11 +1,11 @@
 //! `stickslip modes`.
 
-use crate::common::cli::{Folder, json, output, says};
+use crate::common::cli::{Folder, json, says};
 
 #[test]
 fn cli_modes_says_the_same_in_table_and_json() {
     let folder = Folder::new();
-    let (table, stderr) = output(&mut folder.stickslip("modes"), 0);
+    let (table, stderr) = folder.ends("modes", 0);
     assert_eq!(stderr, "");
     let document = folder.json("modes paper");
     assert_eq!(document["stability"], "lost");
@@ -45,7 +45,7 @@ fn cli_modes_agree_with_what_run_prints() {
         ("unperturbed", "rounding"),
         ("release", "perturbation"),
     ] {
-        let (report, warnings) = output(&mut folder.stickslip(&["run", case]), 0);
+        let (report, warnings) = folder.ends(&["run", case], 0);
         let table = folder.ok(&["modes", case]);
         for (in_run, in_modes) in [
             ("loss of stability", "loss of stability (zero of the margin)"),
@@ -135,7 +135,7 @@ fn cli_modes_names_the_points_of_a_friction_table() {
 #[test]
 fn cli_modes_of_trains() {
     let folder = Folder::new();
-    let (table, stderr) = output(&mut folder.stickslip("modes belt-exponential"), 0);
+    let (table, stderr) = folder.ends("modes belt-exponential", 0);
     assert_eq!(stderr, "");
     let document = folder.json("modes belt-exponential");
     assert_eq!(document["motion"], "translation");
@@ -170,7 +170,7 @@ fn cli_modes_of_trains() {
 fn cli_modes_of_every_case_of_trains() {
     let folder = Folder::new();
     for case in stickslip::case::builtin::TRAINS {
-        let (table, stderr) = output(&mut folder.stickslip(&["modes", case.name]), 0);
+        let (table, stderr) = folder.ends(&["modes", case.name], 0);
         assert_eq!(stderr, "", "{}", case.name);
         assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
         let wide = table

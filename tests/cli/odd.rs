@@ -239,7 +239,7 @@ fn cli_odd_kick_that_cannot_matter_does_not_silence_the_warning() {
     for setting in
         "perturbation.0.time=3 perturbation.0.relative_velocity=0 perturbation.0.relative_velocity=1e-300".split(' ')
     {
-        let (_, stderr) = output(&mut folder.stickslip(&["run", "--set", setting]), 0);
+        let (_, stderr) = folder.ends(&["run", "--set", setting], 0);
         assert!(stderr.contains("rounding error"), "{setting}: {stderr}");
     }
 }

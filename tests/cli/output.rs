@@ -190,7 +190,7 @@ fn cli_output_that_cannot_be_created_names_a_remedy() {
         &["certify", "paper", "-o", "/proc/x.h5"],
         &["sweep", "critical-curve", "-o", "/proc/x.h5"],
     ] {
-        let (_, stderr) = output(&mut folder.stickslip(arguments), 1);
+        let (_, stderr) = folder.ends(arguments, 1);
         assert!(stderr.contains("no file can be created there"), "{stderr}");
         assert!(stderr.trim_end().ends_with("choose another folder with -o"), "{stderr}");
     }

@@ -1,6 +1,6 @@
 //! `stickslip plot --html` from the user's side: the page, the messages, and files that are not replaced.
 
-use crate::common::cli::{Folder, output, refusal};
+use crate::common::cli::Folder;
 use crate::common::unlocked;
 
 fn folder() -> Folder {
@@ -12,7 +12,7 @@ fn folder() -> Folder {
 #[test]
 fn cli_page_is_named_on_standard_output() {
     let folder = folder();
-    let (stdout, stderr) = output(&mut folder.stickslip("plot paper.h5 --html report.html"), 0);
+    let (stdout, stderr) = folder.ends("plot paper.h5 --html report.html", 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("report.html\n", ""));
     assert_eq!(folder.names(), ["paper.h5", "report.html"]);
     let stdout = folder.ok("plot paper.h5 --html report.html -q");
@@ -53,7 +53,7 @@ fn cli_only_an_own_page_is_replaced() {
     folder.ok("plot paper.h5 --html mine.html");
     // A result is no page, even if the program has written it.
     std::fs::copy(folder.path("paper.h5"), folder.path("other.h5")).unwrap();
-    refusal(&mut folder.stickslip("plot paper.h5 --html other.h5"));
+    folder.refused("plot paper.h5 --html other.h5", "");
     assert_eq!(folder.names(), ["mine.html", "other.h5", "paper.h5"]);
 }
 
@@ -65,7 +65,7 @@ fn cli_the_input_is_never_replaced() {
     for target in ["paper.h5", "./paper.h5", "link.html"] {
         folder.refused(
             &["plot", "paper.h5", "--html", target, "--force"],
-            &["this is the file to be drawn"],
+            "this is the file to be drawn",
         );
     }
     assert_eq!(folder.read("paper.h5"), before);
@@ -88,13 +88,13 @@ fn cli_a_page_that_has_no_place_says_so() {
 fn cli_a_page_shows_two_runs_and_not_three() {
     let folder = folder();
     std::fs::copy(folder.path("paper.h5"), folder.path("other.h5")).unwrap();
-    let (stdout, stderr) = output(&mut folder.stickslip("plot paper.h5 other.h5 --html pair.html"), 0);
+    let (stdout, stderr) = folder.ends("plot paper.h5 other.h5 --html pair.html", 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("pair.html\n", ""));
     let page = std::fs::read_to_string(folder.path("pair.html")).unwrap();
     assert!(page.contains("other.h5") && page.contains("difference_of_relative_velocity"));
     folder.refused(
         "plot paper.h5 other.h5 paper.h5 --html three.html",
-        &["or two, and 3 files are given"],
+        "or two, and 3 files are given",
     );
     // Neither of the two is ever replaced.
     folder.refused("plot paper.h5 other.h5 --html other.h5 --force", &["other.h5"]);

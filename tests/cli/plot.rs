@@ -1,7 +1,7 @@
 //! `stickslip plot` and `stickslip modes --figure`.
 
 use crate::common::cases::built_in;
-use crate::common::cli::{Folder, json, output, says};
+use crate::common::cli::{Folder, json, says};
 use crate::common::rows;
 use crate::common::unlocked;
 use std::ops::ControlFlow;
@@ -43,7 +43,7 @@ fn png_size(bytes: &[u8]) -> (u32, u32) {
 fn cli_plot_draws_the_catalogue_twice_alike() {
     let folder = with_run();
     let started = Instant::now();
-    let (stdout, stderr) = output(&mut folder.stickslip("plot paper.h5 --json"), 0);
+    let (stdout, stderr) = folder.ends("plot paper.h5 --json", 0);
     // On an idle machine twenty figures in two formats take less than two seconds. Tests share their machine.
     assert!(started.elapsed().as_secs_f64() < 20.0, "{:?}", started.elapsed());
     assert_eq!(stderr, "");
@@ -165,18 +165,15 @@ fn cli_plot_of_ones_own_in_every_form() {
 fn cli_plot_of_two_runs_is_silent() {
     let folder = with_run();
     folder.ok("run paper-si -q");
-    let (document, stderr) = output(&mut folder.stickslip("plot paper.h5 paper-si.h5 --json"), 0);
+    let (document, stderr) = folder.ends("plot paper.h5 paper-si.h5 --json", 0);
     assert_eq!(stderr, "");
     let document = json(&document);
-    let mut titles = document["files"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|f| f["title"].as_str().unwrap());
+    let as_array = document["files"].as_array().unwrap();
+    let mut titles = as_array.iter().map(|f| f["title"].as_str().unwrap());
     assert!(titles.all(|title| !title.contains("verges")), "{document}");
     // Straight pieces without length.
     let constant = ["plot", "paper.h5", "--channel", "mode", "--x", "time", "-o", "mode.png"];
-    assert_eq!(output(&mut folder.stickslip(&constant), 0).1, "");
+    assert_eq!(folder.ends(&constant, 0).1, "");
 }
 
 /// The program replaces only its own figures, and never an input.
@@ -195,7 +192,7 @@ fn cli_plot_spares_other_files() {
     std::fs::rename(folder.path("paper.h5"), folder.path("run.svg")).unwrap();
     folder.refused(
         "plot run.svg --only 4 -o run.svg --force",
-        &["this is the file to be drawn"],
+        "this is the file to be drawn",
     );
     folder.result("run.svg");
 }
@@ -307,7 +304,7 @@ fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
     let folder = Folder::new();
     for (stop, has_sticks) in [(6.98, true), (3.0, false)] {
         interrupted(&folder.path("cut.h5"), stop);
-        let (document, stderr) = output(&mut folder.stickslip("plot cut.partial.h5 --json"), 0);
+        let (document, stderr) = folder.ends("plot cut.partial.h5 --json", 0);
         says(&stderr, &["was interrupted", "up to t = "]);
         let drawn = |name: &str| {
             let document = json(&document);
@@ -326,8 +323,8 @@ fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
 fn cli_plot_of_failed_and_empty_runs() {
     let folder = Folder::new();
     let chattering = ["run", "-q", "--set", "contact.breakaway_test=\"stator\""];
-    output(&mut folder.stickslip(&chattering), 1);
-    let (_, stderr) = output(&mut folder.stickslip("plot paper.partial.h5 --only 5 -o z.png"), 0);
+    folder.ends(&chattering, 1);
+    let (_, stderr) = folder.ends("plot paper.partial.h5 --only 5 -o z.png", 0);
     assert!(stderr.contains("this run failed"), "{stderr}");
     let writer = ResultWriter::create(&folder.path("empty.h5"), Overwrite::OwnResults, &[], &header()).unwrap();
     writer

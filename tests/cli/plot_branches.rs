@@ -191,12 +191,8 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let found = doubles(&column["low"]).iter().map(special).collect::<Vec<_>>();
     assert_eq!(found, specials);
     // Every pair of neighbours of a branch is in one line, and nothing else is.
-    let groups: Vec<usize> = data["groups"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|one| one.as_u64().unwrap() as usize)
-        .collect();
+    let as_array = data["groups"].as_array().unwrap();
+    let groups: Vec<usize> = as_array.iter().map(|one| one.as_u64().unwrap() as usize).collect();
     let mut expected = Vec::new();
     for (branch, first) in stored.branches.iter().zip(groups) {
         assert_eq!(values[first], branch.points[0].value);

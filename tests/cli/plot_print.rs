@@ -1,6 +1,6 @@
 //! Figures for print, curves that are exact at events, and figures of a candidate with its reference.
 
-use crate::common::cli::{Folder, refusal, says};
+use crate::common::cli::{Folder, says};
 use crate::common::compare::{csv, paper, rows_of};
 use std::process::Command;
 use stickslip::plot::DrawnRun;
@@ -90,8 +90,7 @@ fn cli_plot_refuses_sizes_without_room() {
         (&["--font-size", "40"], &["from 4 to 24"]),
         (&["--width", "84mm", "--font-size", "12pt"], &["no room", "102.9mm"]),
     ] {
-        let refused = refusal(&mut folder.stickslip(&[&["plot", "paper.h5"], arguments].concat()));
-        says(&refused, words);
+        folder.refused(&[&["plot", "paper.h5"], arguments].concat(), words);
     }
     // Smaller letters need less width.
     folder.ok("plot paper.h5 --only 4 --width 2in --font-size 5pt -o a.svg");

@@ -11,7 +11,7 @@ use stickslip::results::Status;
 #[test]
 fn cli_run_without_a_case_is_the_paper_case() {
     let folder = Folder::new();
-    let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
+    let (stdout, stderr) = folder.ends("run", 0);
     assert_eq!(folder.names(), ["paper.h5"]);
     assert_eq!(stderr, "");
     // The paper's values are next to the results, and the name of the file is at the end.
@@ -38,7 +38,7 @@ fn cli_run_without_a_case_is_the_paper_case() {
 #[test]
 fn cli_run_of_a_built_in_case() {
     let folder = Folder::new();
-    let (stdout, stderr) = output(&mut folder.stickslip("run belt-leine"), 0);
+    let (stdout, stderr) = folder.ends("run belt-leine", 0);
     assert_eq!(stderr, "");
     assert_eq!(folder.names(), ["belt-leine.h5"]);
     let title = "Block on a belt of Leine and others";
@@ -169,7 +169,7 @@ fn cli_run_refuses_an_unknown_method() {
 #[test]
 fn cli_run_json_is_one_document_with_known_names() {
     let folder = Folder::new();
-    let (stdout, stderr) = output(&mut folder.stickslip("run --json"), 0);
+    let (stdout, stderr) = folder.ends("run --json", 0);
     assert_eq!(stderr, "");
     let document = json(&stdout);
     let names = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
@@ -197,7 +197,7 @@ fn cli_run_json_is_one_document_with_known_names() {
     assert_eq!(summary["sticks"], 48);
     assert!(summary["energy_residual_relative"].as_f64().unwrap() < 1e-12);
 
-    let (stdout, stderr) = output(&mut folder.stickslip("run clutch --json"), 0);
+    let (stdout, stderr) = folder.ends("run clutch --json", 0);
     assert_eq!(stderr, "");
     let document = json(&stdout);
     let found = (&document["status"], &document["file"]);
@@ -212,7 +212,7 @@ fn cli_run_json_is_one_document_with_known_names() {
 #[test]
 fn cli_run_json_of_a_failed_run() {
     let folder = Folder::new();
-    let (stdout, stderr) = output(&mut folder.stickslip("run --json --set solver.max_events=10"), 1);
+    let (stdout, stderr) = folder.ends("run --json --set solver.max_events=10", 1);
     let document = json(&stdout);
     assert_eq!(document["status"], "failed");
     assert_eq!(document["file"], "paper.partial.h5");
@@ -224,7 +224,7 @@ fn cli_run_json_of_a_failed_run() {
 #[test]
 fn cli_run_json_of_wrong_input_is_its_error() {
     let folder = Folder::new();
-    let (stdout, stderr) = output(&mut folder.stickslip("run --json --set nonsense=1"), 2);
+    let (stdout, stderr) = folder.ends("run --json --set nonsense=1", 2);
     assert_eq!(json(&stdout)["error"]["exit_status"], 2);
     assert!(stderr.contains("nonsense"), "{stderr}");
 }
@@ -236,11 +236,11 @@ fn cli_run_quiet_prints_nothing_but_errors() {
     assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
     // The warning is suppressed, too.
     for arguments in ["run unperturbed --quiet", "run block --quiet"] {
-        let found = output(&mut folder.stickslip(arguments), 0);
+        let found = folder.ends(arguments, 0);
         assert_eq!(found, (String::new(), String::new()));
     }
     assert_eq!(folder.names(), ["block.h5", "paper.h5", "unperturbed.h5"]);
-    let (stdout, stderr) = output(&mut folder.stickslip("run -q --set solver.max_events=10"), 1);
+    let (stdout, stderr) = folder.ends("run -q --set solver.max_events=10", 1);
     assert_eq!(stdout, "");
     assert!(stderr.contains("event budget"), "{stderr}");
 }
@@ -265,7 +265,7 @@ fn cli_run_progress_is_on_standard_error() {
         }
         assert!(!stdout.contains(end[0]), "{arguments:?}");
     }
-    refusal(&mut folder.stickslip("run --progress sometimes"));
+    folder.refused("run --progress sometimes", "");
 }
 
 /// `stickslip run FILE.h5` gives the same numbers to the last bit, and names the case from which the file was made.
@@ -310,14 +310,14 @@ fn cli_run_repeats_a_result_with_changes() {
 #[test]
 fn cli_run_unperturbed_warns_that_noise_decides() {
     let folder = Folder::new();
-    let (_, stderr) = output(&mut folder.stickslip("run unperturbed"), 0);
+    let (_, stderr) = folder.ends("run unperturbed", 0);
     let said = predicate::str::contains("warning: ")
         .and(predicate::str::contains("rounding error"))
         .and(predicate::str::contains("G = "))
         .and(predicate::str::contains("--set 'perturbation="));
     assert!(said.eval(&stderr), "{stderr}");
     let remedy = stderr.split("--set '").nth(1).unwrap().split('\'').next().unwrap();
-    let (_, stderr) = output(&mut folder.stickslip(&["run", "unperturbed", "--set", remedy]), 0);
+    let (_, stderr) = folder.ends(&["run", "unperturbed", "--set", remedy], 0);
     assert_eq!(stderr, "");
     let stdout = folder.ok("run unperturbed --json");
     assert_eq!(json(&stdout)["summary"]["noise_determined"], true);
@@ -334,14 +334,8 @@ fn cli_run_says_if_it_ends_before_a_kick() {
     let warning = document["warnings"][0].as_str().unwrap();
     says(warning, &["the run ended at t = 2 s, before its time"]);
     let kick = "perturbation=[{time=\"instability\",relative_velocity=1e-4}]";
-    let (_, stderr) = output(
-        &mut folder.stickslip(&["run", "--set", "output.end_time=2", "--set", kick]),
-        0,
-    );
-    says(
-        &stderr,
-        &["the run ended at t = 2 s, before sliding lost its stability"],
-    );
+    let (_, stderr) = folder.ends(&["run", "--set", "output.end_time=2", "--set", kick], 0);
+    says(&stderr, "the run ended at t = 2 s, before sliding lost its stability");
 }
 
 /// The paper's values are shown for its own parameters, whatever the method and the samples.
@@ -383,7 +377,7 @@ fn cli_run_calls_a_dead_kick_dead() {
 #[test]
 fn cli_run_says_if_a_kick_never_came() {
     let folder = Folder::new();
-    let (_, stderr) = output(&mut folder.stickslip("run release --set friction.decay=0"), 0);
+    let (_, stderr) = folder.ends("run release --set friction.decay=0", 0);
     says(&stderr, &["warning: 1 of the kicks set at the instability never came"]);
 }
 
@@ -393,7 +387,7 @@ fn cli_run_says_if_a_kick_never_came() {
 fn cli_run_chattering_is_a_clear_error() {
     let folder = Folder::new();
     let stator = ["run", "paper-si", "--set", "contact.breakaway_test=stator"];
-    let (stdout, stderr) = output(&mut folder.stickslip(&stator), 1);
+    let (stdout, stderr) = folder.ends(&stator, 1);
     assert_eq!(stdout, "");
     let said = predicate::str::contains("chattering at t = 6.985")
         .and(predicate::str::contains(" transitions at one instant"))
@@ -434,7 +428,7 @@ fn cli_run_the_rotor_test_moves_the_last_stick_by_microseconds() {
 #[test]
 fn cli_run_event_budget_is_a_clear_error() {
     let folder = Folder::new();
-    let (stdout, stderr) = output(&mut folder.stickslip("run --set solver.max_events=10"), 1);
+    let (stdout, stderr) = folder.ends("run --set solver.max_events=10", 1);
     assert_eq!(stdout, "");
     says(
         &stderr,
@@ -452,7 +446,7 @@ fn cli_run_event_budget_is_a_clear_error() {
 fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
     let folder = Folder::new();
     let loose = ["run", "--method", "cvode-bdf", "--set", "solver.rtol=0.1"];
-    let (_, stderr) = output(&mut folder.stickslip(&loose), 0);
+    let (_, stderr) = folder.ends(&loose, 0);
     says(&stderr, &["warning: the energy balance does not close"]);
 }
 
@@ -469,7 +463,7 @@ fn cli_run_has_a_witness() {
             .read_scalar::<hdf5::types::VarLenUnicode>()
             .ok()
     };
-    let (stdout, stderr) = output(&mut folder.stickslip("run"), 0);
+    let (stdout, stderr) = folder.ends("run", 0);
     assert_eq!(stderr, "");
     let kept = stdout.lines().filter(|line| line.starts_with("reference check "));
     let lines: Vec<&str> = kept.collect();
@@ -551,7 +545,7 @@ fn cli_run_repeats_itself_where_its_witness_does_not_agree() {
 
     let coarse =
         "run belt-leine --strict --set solver.atol_twist=1e-3 --set solver.atol_rate=1e-3 --set solver.atol_speed=1e-3";
-    let (_, stderr) = output(&mut folder.stickslip(coarse), 1);
+    let (_, stderr) = folder.ends(coarse, 1);
     says(&stderr, "another method, series, & stickslip certify");
 }
 

@@ -39,7 +39,7 @@ fn cli_run_reads_a_case_from_standard_input() {
     );
     let stderr = refusal(
         folder
-            .stickslip(&["run", "-", "-o", "x.h5"])
+            .stickslip("run - -o x.h5")
             .write_stdin(&b"\x89HDF\r\n\x1a\n\0"[..]),
     );
     assert!(stderr.contains("standard input: not a case file"), "{stderr}");
@@ -76,7 +76,7 @@ fn cli_errors_are_json_where_json_is_asked_for() {
     folder.write("broken.toml", text.replace("breakaway = 0.6", "breakway = 0.6"));
     let line = text.lines().position(|line| line.starts_with("breakaway")).unwrap() + 1;
     let error = |arguments: &[&str], status: i32| {
-        let (stdout, stderr) = output(&mut folder.stickslip(arguments), status);
+        let (stdout, stderr) = folder.ends(arguments, status);
         let document = json(&stdout);
         let error = document["error"].clone();
         assert_eq!(error["exit_status"], status, "{document}");
@@ -112,7 +112,7 @@ fn cli_errors_are_json_where_json_is_asked_for() {
     }
     // A failing run has its own document, and no second one.
     let failing = ["run", "--json", "--set", "solver.max_events=1", "-o", "failed.h5"];
-    let (stdout, _) = output(&mut folder.stickslip(&failing), 1);
+    let (stdout, _) = folder.ends(&failing, 1);
     assert_eq!(json(&stdout)["status"], "failed");
 }
 
@@ -120,21 +120,21 @@ fn cli_errors_are_json_where_json_is_asked_for() {
 #[test]
 fn cli_strict_lets_no_warning_pass() {
     let folder = Folder::new();
-    let (_, stderr) = output(&mut folder.stickslip("run unperturbed"), 0);
+    let (_, stderr) = folder.ends("run unperturbed", 0);
     assert!(stderr.contains("warning: "), "{stderr}");
-    let (_, stderr) = output(&mut folder.stickslip("run unperturbed --strict"), 1);
+    let (_, stderr) = folder.ends("run unperturbed --strict", 1);
     assert!(stderr.contains("--strict lets no warning pass"), "{stderr}");
     assert!(folder.path("unperturbed.h5").exists());
-    let (stdout, _) = output(&mut folder.stickslip("run unperturbed --strict --json -q"), 1);
+    let (stdout, _) = folder.ends("run unperturbed --strict --json -q", 1);
     assert!(!json(&stdout)["warnings"].as_array().unwrap().is_empty());
     folder.ok("run paper --strict -q");
-    output(&mut folder.stickslip("certify unperturbed.h5 --strict -q"), 1);
+    folder.ends("certify unperturbed.h5 --strict -q", 1);
     folder.write(
         "study.toml",
         "case = 'paper'\n[set]\n'output.end_time' = 0.05\n[[axis]]\nkey = 'torsion.damping'\nvalues = [20, 30]\n",
     );
     folder.ok("sweep study.toml -q");
-    let (_, stderr) = output(&mut folder.stickslip("sweep study.toml -q --force --strict"), 1);
+    let (_, stderr) = folder.ends("sweep study.toml -q --force --strict", 1);
     assert!(stderr.contains("of 2 points"), "{stderr}");
 }
 

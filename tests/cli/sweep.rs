@@ -1,6 +1,6 @@
 //! `stickslip sweep` from the user's side: files that depend on the study alone, kills and resumption, refusals.
 
-use crate::common::cli::{Folder, refusal, says};
+use crate::common::cli::{Folder, says};
 use crate::common::page::document;
 use crate::common::rows;
 use stickslip::plot::studies::{self, Choice};
@@ -163,7 +163,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
         let bad = QUICK.replacen(from, to, 1);
         assert_ne!(bad, QUICK, "{from}");
         folder.write("bad.toml", bad);
-        let stderr = refusal(&mut folder.stickslip("sweep bad.toml"));
+        let stderr = folder.refused("sweep bad.toml", "");
         assert_eq!(folder.names(), ["bad.toml"], "{to}");
         stderr
     };
@@ -192,7 +192,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
     }
     says(
         &said("values = [0.3, 0.45, 0.7]", "values = [0.3, 0.45]\nfrom = 1"),
-        &["bad.toml:18: axis.1.from: an axis has either values"],
+        "bad.toml:18: axis.1.from: an axis has either values",
     );
     says(&said("case = \"paper\"", ""), &["case: missing: the base case"]);
     says(
@@ -215,7 +215,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
     );
     says(
         &said("[keep]", "[sample]\nmethod = \"sobol\"\ncount = 8\n[keep]"),
-        &["bad.toml:13: axis.0.count: this range is not divided into points; remove the count"],
+        "bad.toml:13: axis.0.count: this range is not divided into points; remove the count",
     );
 }
 
@@ -346,12 +346,8 @@ fn cli_every_command_knows_a_sweep_file() {
         "stickslip-sweep & 6 x 3 x 2 & number of sticks & /failures & /events & default_rtol",
     );
     let contents = folder.json("inspect map.h5");
-    let sticks = contents["variables"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|v| v["name"] == "stick_count")
-        .unwrap();
+    let as_array = contents["variables"].as_array().unwrap();
+    let sticks = as_array.iter().find(|v| v["name"] == "stick_count").unwrap();
     // The fill value of failed points is not counted.
     assert_eq!((&sticks["min"], &sticks["shape"]), (&0.0.into(), &vec![6, 3, 2].into()));
     for command in ["certify", "modes", "run"] {

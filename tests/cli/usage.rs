@@ -1,13 +1,13 @@
 //! What the program says about itself, its cases and its files, and about wrong usage.
 
-use crate::common::cli::{Folder, output, refusal, says};
+use crate::common::cli::{Folder, says};
 use predicates::prelude::*;
 
 #[test]
 fn cli_version_names_the_libraries() {
     let folder = Folder::new();
     for flag in ["--version", "-V"] {
-        let (stdout, stderr) = output(&mut folder.stickslip(&[flag]), 0);
+        let (stdout, stderr) = folder.ends(&[flag], 0);
         assert_eq!(stderr, "");
         // The commit of the build, which the build script provides for this package only.
         let build = concat!(
@@ -35,7 +35,7 @@ fn cli_help_is_on_standard_output() {
         &["inspect", "-h"],
         &["case", "-h"],
     ] {
-        let (stdout, stderr) = output(&mut folder.stickslip(arguments), 0);
+        let (stdout, stderr) = folder.ends(arguments, 0);
         assert_eq!(stderr, "");
         assert!(stdout.contains("Usage: stickslip"), "{stdout}");
         let wide: Vec<&str> = stdout.lines().filter(|line| line.chars().count() > 80).collect();
@@ -60,7 +60,7 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
         &["case"],
         &["case", "paper", "--list"],
     ] {
-        let stderr = refusal(&mut folder.stickslip(arguments));
+        let stderr = folder.refused(arguments, "");
         assert!(
             stderr.contains("stickslip") || stderr.contains("--help"),
             "{arguments:?}: {stderr}"
@@ -72,7 +72,7 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
 #[test]
 fn cli_case_prints_a_case_to_start_from() {
     let folder = Folder::new();
-    let (text, stderr) = output(&mut folder.stickslip("case paper"), 0);
+    let (text, stderr) = folder.ends("case paper", 0);
     assert_eq!(stderr, "");
     folder.write("mine.toml", &text);
     folder.ok_short("mine.toml -q");
@@ -103,7 +103,7 @@ fn cli_case_lists_the_built_in_cases() {
 fn cli_unknown_case_names_those_that_exist() {
     let folder = Folder::new();
     for command in ["case", "run"] {
-        let stderr = refusal(&mut folder.stickslip(&[command, "papper"]));
+        let stderr = folder.refused(&[command, "papper"], "");
         let said = predicate::str::contains("\"papper\"")
             .and(predicate::str::contains("did you mean paper?"))
             .and(predicate::str::contains("unperturbed"));
@@ -121,7 +121,7 @@ fn cli_case_errors_name_file_line_and_key() {
         .replace("breakaway = 0.6 ", "breakway = 0.6 ")
         .replace("radius = \"0.052388 m\"", "radius = \"0.05 kg\"");
     folder.write("broken.toml", broken);
-    let stderr = refusal(&mut folder.stickslip("run broken.toml"));
+    let stderr = folder.refused("run broken.toml", "");
     says(
         &stderr,
         &[
@@ -181,7 +181,7 @@ fn cli_run_takes_unicode() {
 fn cli_inspect_shows_every_variable_with_unit_and_meaning() {
     let folder = Folder::new();
     folder.ok_short("-q -o x.h5");
-    let (stdout, stderr) = output(&mut folder.stickslip("inspect x.h5"), 0);
+    let (stdout, stderr) = folder.ends("inspect x.h5", 0);
     assert_eq!(stderr, "");
     says(
         &stdout,

@@ -1,6 +1,6 @@
 //! `stickslip work-precision`, and its messages about wrong studies.
 
-use crate::common::cli::{Folder, json, output, says};
+use crate::common::cli::{Folder, json, says};
 use crate::common::rows;
 use crate::common::unlocked;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     let folder = Folder::new();
     folder.write("small.toml", STUDY);
     let arguments = ["work-precision", "small.toml", "--figure", "pictures", "--json"];
-    let (stdout, stderr) = output(&mut folder.stickslip(&arguments), 0);
+    let (stdout, stderr) = folder.ends(&arguments, 0);
     assert_eq!(stderr, "");
     let document = json(&stdout);
     let found = (&document["status"], &document["file"]);
@@ -68,7 +68,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
 fn said(text: &str, status: i32) -> String {
     let folder = Folder::new();
     folder.write("study.toml", text);
-    let (stdout, stderr) = output(&mut folder.stickslip("work-precision study.toml"), status);
+    let (stdout, stderr) = folder.ends("work-precision study.toml", status);
     assert_eq!(stdout, "");
     assert_eq!(folder.names(), ["study.toml"], "{stderr}");
     stderr
@@ -185,7 +185,7 @@ fn analytic_a_truth_may_be_of_any_case() {
     let study = "case = \"belt-coulomb\"\n[set]\noutput.end_time = 1.2\n[[series]]\nmethods = [\"series\"]\n\
                  tolerances = [1e-9]\n[reference]\ntruth = \"truth.json\"\n";
     folder.write("study.toml", study);
-    let (stdout, _) = output(&mut folder.stickslip(&["work-precision", "study.toml", "--json"]), 0);
+    let (stdout, _) = folder.ends("work-precision study.toml --json", 0);
     let document = json(&stdout);
     assert_eq!(document["runs"][0]["same_sequence"], true);
     let found = document["runs"][0]["error"]["largest_event"].as_f64().unwrap();

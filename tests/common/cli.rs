@@ -64,6 +64,12 @@ impl Folder {
         command
     }
 
+    /// Standard output and standard error of the program, which ends with this status.
+    #[track_caller]
+    pub fn ends(&self, arguments: impl Arguments, status: i32) -> (String, String) {
+        output(&mut self.stickslip(arguments), status)
+    }
+
     /// Standard output of the program, which ends with status 0.
     #[track_caller]
     pub fn ok(&self, arguments: impl Arguments) -> String {

@@ -6,13 +6,13 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::compare::{CauseKind, Comparison, Mapping, Reference};
 use stickslip::friction::Law;
 use stickslip::model::Parameters;
 use stickslip::record::{EventKind, Recorder, State};
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
+use stickslip::{Run, SavedRun};
 
 /// Runs a built-in case with overrides into a result file.
 pub fn run(path: &Path, case: &str, overrides: &[&str]) {
@@ -41,14 +41,61 @@ pub fn run(path: &Path, case: &str, overrides: &[&str]) {
 /// The default run of the case `paper`, made once in each test program.
 pub fn paper() -> &'static Path {
     static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
-    &FILE
-        .get_or_init(|| {
-            let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join("paper.h5");
-            run(&path, "paper", &[]);
-            (folder, path)
-        })
-        .1
+    let made = || {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("paper.h5");
+        run(&path, "paper", &[]);
+        (folder, path)
+    };
+    &FILE.get_or_init(made).1
+}
+
+/// The run of a case in a folder of its own.
+pub struct Kept {
+    folder: tempfile::TempDir,
+    pub path: PathBuf,
+}
+
+pub fn kept(case: &Case) -> Kept {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.h5");
+    let saved = SavedRun::new(case, &path).start().unwrap();
+    assert!(saved.run.failure.is_none() && saved.unsaved.is_none());
+    Kept { folder, path }
+}
+
+impl Kept {
+    /// Compares a table with the run.
+    pub fn compared(&self, text: &str, change: impl FnOnce(&mut Mapping)) -> Comparison {
+        let candidate = write(&self.folder, "mine.csv", text);
+        let reference = Reference::open(&self.path).unwrap();
+        let mut mapping = reference.mapping();
+        change(&mut mapping);
+        reference.compare(&candidate, &mapping).unwrap()
+    }
+
+    /// Compares another run with it.
+    pub fn against(&self, other: &Kept) -> Comparison {
+        let reference = Reference::open(&self.path).unwrap();
+        reference.compare(&other.path, &Mapping::default()).unwrap()
+    }
+
+    /// The time and these columns.
+    pub fn columns(&self, names: &[&str]) -> Vec<Vec<f64>> {
+        let file = ResultFile::open(&self.path).unwrap();
+        let rows = 0..file.sample_count().unwrap();
+        let names = ["time"].into_iter().chain(names.iter().copied());
+        names.map(|name| file.column(name, rows.clone()).unwrap()).collect()
+    }
+}
+
+/// A table of three columns as CSV.
+pub fn series(header: &str, rows: impl IntoIterator<Item = [f64; 3]>) -> String {
+    let mut text = format!("{header}\n");
+    for [t, x, v] in rows {
+        writeln!(text, "{t:?},{x:?},{v:?}").unwrap();
+    }
+    text
 }
 
 /// Compares a candidate with the run of `paper`.

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::common::cli::{Folder, output};
+use crate::common::cli::Folder;
 use crate::common::results::missing;
 use libtest_mimic::{Completion, Failed, Trial};
 
@@ -177,11 +177,11 @@ fn pages() -> Result<(), Failed> {
     folder.ok("man share/man/man1 -q");
     // A page that cannot be written is named.
     std::fs::create_dir_all(folder.path("half/stickslip-run.1")).unwrap();
-    let (_, stderr) = output(&mut folder.stickslip("man half"), 1);
+    let (_, stderr) = folder.ends("man half", 1);
     assert!(stderr.contains("half/stickslip-run.1: the manual pages"), "{stderr}");
     // A folder that cannot be made, as there is a file of its name.
     folder.write("taken", "");
-    let (_, stderr) = output(&mut folder.stickslip("man taken"), 1);
+    let (_, stderr) = folder.ends("man taken", 1);
     assert!(
         stderr.contains("taken: the manual pages could not be written"),
         "{stderr}"

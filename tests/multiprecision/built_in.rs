@@ -110,11 +110,8 @@ perturbation = [{{ kind = "kick", {kick} }}]
         ("time = 0.0185, relative_velocity = 0.01", EventKind::Slip),
     ] {
         let (record, certificate) = certified(&text(kick), &[], 18);
-        let at = record
-            .events
-            .iter()
-            .position(|event| event.kind == EventKind::Kick)
-            .unwrap();
+        let mut events = record.events.iter();
+        let at = events.position(|event| event.kind == EventKind::Kick).unwrap();
         let [kick, next] = &record.events[at..=at + 1] else {
             panic!()
         };

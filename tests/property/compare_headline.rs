@@ -2,63 +2,22 @@
 
 use crate::common::cases::{built_in, written};
 use crate::common::cli::says;
-use crate::common::compare::{agrees, causes};
+use crate::common::compare::{Kept, agrees, causes, kept, series};
 use std::fmt::Write;
-use std::path::PathBuf;
 use std::time::Instant;
 
-use stickslip::SavedRun;
-use stickslip::case::Case;
-use stickslip::compare::{CauseKind, Comparison, Mapping, Reference};
-use stickslip::results::{Overwrite, ResultFile};
+use stickslip::compare::{CauseKind, Mapping};
 use stickslip::simulation::{OutputOptions, Simulation, SolverOptions, simulate};
 
-struct Made {
-    folder: tempfile::TempDir,
-    path: PathBuf,
-}
-
-fn made(case: &Case) -> Made {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("reference.h5");
-    SavedRun::new(case, &path).overwrite(Overwrite::Force).start().unwrap();
-    Made { folder, path }
-}
-
-impl Made {
-    fn compared(&self, text: &str, change: impl FnOnce(&mut Mapping)) -> Comparison {
-        let candidate = self.folder.path().join("mine.csv");
-        std::fs::write(&candidate, text).unwrap();
-        let reference = Reference::open(&self.path).unwrap();
-        let mut mapping = reference.mapping();
-        change(&mut mapping);
-        reference.compare(&candidate, &mapping).unwrap()
-    }
-
-    /// The reference's own samples at `interval` (s), printed by `print`.
-    fn table(&self, columns: &[&str], interval: f64, print: impl Fn(&str, f64) -> String) -> String {
-        let file = ResultFile::open(&self.path).unwrap();
-        let rows = file.sample_count().unwrap();
-        let all: Vec<Vec<f64>> = ["time"]
-            .iter()
-            .chain(columns)
-            .map(|name| file.column(name, 0..rows).unwrap())
-            .collect();
-        let mut text = format!("time,{}\n", columns.join(","));
-        let is_even = |time: f64| (time / interval - (time / interval).round()).abs() < 1e-6;
-        for row in (0..rows).filter(|&row| is_even(all[0][row])) {
-            let names = ["time"].iter().chain(columns);
-            let values: Vec<String> = names.zip(&all).map(|(name, column)| print(name, column[row])).collect();
-            writeln!(text, "{}", values.join(",")).unwrap();
-        }
-        text
-    }
-}
-
-fn series(header: &str, rows: impl IntoIterator<Item = [f64; 3]>) -> String {
-    let mut text = format!("{header}\n");
-    for [t, x, v] in rows {
-        writeln!(text, "{t:?},{x:?},{v:?}").unwrap();
+/// The reference's own samples at `interval` (s), printed by `print`.
+fn table(made: &Kept, columns: &[&str], interval: f64, print: impl Fn(&str, f64) -> String) -> String {
+    let all = made.columns(columns);
+    let mut text = format!("time,{}\n", columns.join(","));
+    let is_even = |time: f64| (time / interval - (time / interval).round()).abs() < 1e-6;
+    for row in (0..all[0].len()).filter(|&row| is_even(all[0][row])) {
+        let names = ["time"].iter().chain(columns);
+        let values: Vec<String> = names.zip(&all).map(|(name, column)| print(name, column[row])).collect();
+        writeln!(text, "{}", values.join(",")).unwrap();
     }
     text
 }
@@ -173,9 +132,9 @@ fn property_another_friction_of_a_sliding_mass_is_named() {
         ]
     };
     let coarse = "t,v\n0,10\n4,2\n6,0\n10,0\n";
-    let c = made(&written(BOX, &[])).compared(coarse, |_| {});
+    let c = kept(&written(BOX, &[])).compared(coarse, |_| {});
     assert!(c.out_of_time.is_none(), "{}", c.verdict);
-    let c = made(&written(BOX, &[])).compared(
+    let c = kept(&written(BOX, &[])).compared(
         &series("t,x,v", (0..=100).map(|k| at(0.25, 0.1 * f64::from(k)))),
         |_| {},
     );
@@ -192,11 +151,11 @@ fn property_an_open_contact_is_not_held_against_a_candidate_without_its_force() 
         t if t < 1.1 => [t, t - 0.5 * (t - 0.1) * (t - 0.1), 1.1 - t],
         t => [t, 0.6, 0.0],
     };
-    let closing = made(&written(CLOSING, &[]));
+    let closing = kept(&written(CLOSING, &[]));
     let rows = series("t,x,v", (0..=40).map(|k| at(0.05 * f64::from(k))));
     let c = closing.compared(&rows, quick);
     assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
-    let opening = made(&written(OPENING, &[]));
+    let opening = kept(&written(OPENING, &[]));
     let columns = [
         "rotor_twist_0",
         "rotor_twist_1",
@@ -205,7 +164,7 @@ fn property_an_open_contact_is_not_held_against_a_candidate_without_its_force() 
         "stator_twist_0",
         "stator_speed_0",
     ];
-    let text = opening.table(&columns, 1e-3, |_, value| format!("{value:?}"));
+    let text = table(&opening, &columns, 1e-3, |_, value| format!("{value:?}"));
     let whole = opening.compared(&text, |_| {});
     agrees(&whole);
     for c in [&c, &whole] {
@@ -219,7 +178,8 @@ fn property_an_open_contact_is_not_held_against_a_candidate_without_its_force() 
         assert!(!c.verdict.contains("missing"), "{}", c.verdict);
     }
     // A column of the normal force decides.
-    let text = opening.table(
+    let text = table(
+        &opening,
         &[&columns[..], &["normal_force"]].concat(),
         1e-3,
         |name, value| match name {
@@ -242,7 +202,7 @@ fn property_creep_through_a_whole_run_is_the_headline() {
             if k == 0 { 0.0 } else { speed },
         ]
     };
-    let grip = made(&written(GRIP, &[]));
+    let grip = kept(&written(GRIP, &[]));
     let c = grip.compared(&series("t,x,v", (0..=1000).map(row)), |_| {});
     says(&c.verdict, &["creeps at 1.584e-4 m/s", "1.58e-4 m in 1.000 s"]);
     assert!(!c.verdict.contains("17.0 digits"), "{}", c.verdict);
@@ -256,7 +216,7 @@ fn property_creep_through_a_whole_run_is_the_headline() {
 /// for any speed that counts as zero.
 #[test]
 fn property_states_at_one_time_are_compared_at_one_time() {
-    let reversing = made(&written(REVERSING, &[]));
+    let reversing = kept(&written(REVERSING, &[]));
     let force = |t: f64| match t {
         t if t < 2.0 => 15.0 * t,
         t if t < 6.0 => 30.0 - 15.0 * (t - 2.0),
@@ -300,7 +260,7 @@ fn property_states_at_one_time_are_compared_at_one_time() {
 /// The relative velocity includes the rounding of columns and of the times at which a belt moves.
 #[test]
 fn property_rounded_tables_agree_to_their_resolution() {
-    let wiper = made(&written(WIPER, &[]));
+    let wiper = kept(&written(WIPER, &[]));
     let six = |value: f64| format!("{value:.5e}");
     let nine = |value: f64| format!("{:.8e}", value as f32);
     let shortest = |value: f64| format!("{}", value as f32);
@@ -312,7 +272,7 @@ fn property_rounded_tables_agree_to_their_resolution() {
         ("single", &single),
     ];
     for (name, print) in prints {
-        let c = wiper.compared(&wiper.table(&OF_WIPER, 1e-3, |_, value| print(value)), |_| {});
+        let c = wiper.compared(&table(&wiper, &OF_WIPER, 1e-3, |_, value| print(value)), |_| {});
         let found = (c.reference_events, c.candidate_events);
         assert_eq!(found, (29, 29), "{name}: {}", c.verdict);
         agrees(&c);
@@ -323,13 +283,13 @@ fn property_rounded_tables_agree_to_their_resolution() {
 /// Positions that were rounded to a millimetre but printed with all digits.
 #[test]
 fn property_rounded_positions_follow_the_equations() {
-    let hairer = made(&built_in("hairer", &["output.interval=5e-3", "output.around=none"]));
+    let hairer = kept(&built_in("hairer", &["output.interval=5e-3", "output.around=none"]));
     let print = |name: &str, value: f64| match name {
         "stator_twist_0" => format!("{:?}", (1e3 * value).round() / 1e3),
         _ => format!("{value:?}"),
     };
     let c = hairer.compared(
-        &hairer.table(&["stator_twist_0", "stator_speed_0"], 5e-3, print),
+        &table(&hairer, &["stator_twist_0", "stator_speed_0"], 5e-3, print),
         |_| {},
     );
     agrees(&c);
@@ -338,12 +298,12 @@ fn property_rounded_positions_follow_the_equations() {
 
 #[test]
 fn property_a_search_for_causes_ends_in_time() {
-    let wiper = made(&written(WIPER, &[]));
-    let other = made(&written(
+    let wiper = kept(&written(WIPER, &[]));
+    let other = kept(&written(
         WIPER,
         &["rotor.speed.amplitude=0.1515", "friction.scale=0.07"],
     ));
-    let text = other.table(&OF_WIPER, 1e-3, |_, value| format!("{value:?}"));
+    let text = table(&other, &OF_WIPER, 1e-3, |_, value| format!("{value:?}"));
     let begin = Instant::now();
     let c = wiper.compared(&text, |mapping| mapping.max_wall_time = Some(0.3));
     assert!(begin.elapsed().as_secs_f64() < 10.0);

@@ -1,13 +1,11 @@
 //! Samples without error: the findings of `compare` are within the stated bounds, and no cause is named.
 
 use crate::common::cases::built_in;
-use crate::common::compare::causes;
+use crate::common::compare::{self, causes};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
 
-use stickslip::SavedRun;
-use stickslip::compare::{Comparison, Reference};
-use stickslip::results::{Overwrite, ResultFile};
+use stickslip::compare::Comparison;
+use stickslip::results::ResultFile;
 use stickslip::simulation::OutputWindow;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,18 +82,17 @@ fn columns_of_state(file: &ResultFile) -> Vec<String> {
 }
 
 /// Some columns of a run with samples at one interval in a window.
-fn samples(folder: &Path, sampled: &Sampled, interval: f64) -> (Vec<String>, Vec<Vec<f64>>) {
+fn samples(sampled: &Sampled, interval: f64) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut case = built_in(sampled.case, &["output.around=none"]);
     let (from, to) = sampled.window;
     case.output.interval = case.output.end_time;
     case.output.windows = vec![OutputWindow { from, to, interval }];
-    let path = folder.join("samples.h5");
-    SavedRun::new(&case, &path).overwrite(Overwrite::Force).start().unwrap();
-    let file = ResultFile::open(&path).unwrap();
-    let rows = file.sample_count().unwrap();
-    let names = [vec!["time".to_owned()], columns_of_state(&file)].concat();
-    let mut columns: Vec<Vec<f64>> = names.iter().map(|name| file.column(name, 0..rows).unwrap()).collect();
-    let kept: Vec<usize> = (0..rows).filter(|&k| (from..=to).contains(&columns[0][k])).collect();
+    let run = compare::kept(&case);
+    let state = columns_of_state(&ResultFile::open(&run.path).unwrap());
+    let mut columns = run.columns(&state.iter().map(String::as_str).collect::<Vec<_>>());
+    let names = [vec!["time".to_owned()], state].concat();
+    let rows = 0..columns[0].len();
+    let kept: Vec<usize> = rows.filter(|&k| (from..=to).contains(&columns[0][k])).collect();
     for column in &mut columns {
         *column = kept.iter().map(|&k| column[k]).collect();
     }
@@ -115,13 +112,6 @@ fn csv((names, columns): &(Vec<String>, Vec<Vec<f64>>), digits: Digits, kept: im
         writeln!(text, "{}", values.join(",")).unwrap();
     }
     text
-}
-
-fn reference(folder: &Path, case: &str) -> PathBuf {
-    let path = folder.join("reference.h5");
-    let case = built_in(case, &[]);
-    SavedRun::new(&case, &path).overwrite(Overwrite::Force).start().unwrap();
-    path
 }
 
 /// For a single mass without a shaft, no sample shows when a stick began: its speed is zero from then on.
@@ -153,10 +143,9 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
 fn property_perfect_samples_agree_to_their_resolution() {
     let mut faults = Vec::new();
     for sampled in &CASES {
-        let folder = tempfile::tempdir().unwrap();
-        let reference = Reference::open(&reference(folder.path(), sampled.case)).unwrap();
+        let reference = compare::kept(&built_in(sampled.case, &[]));
         for &interval in sampled.intervals {
-            let samples = samples(folder.path(), sampled, interval);
+            let samples = samples(sampled, interval);
             for (digits, whole) in [
                 (Digits::All, true),
                 (Digits::Nine, true),
@@ -164,9 +153,7 @@ fn property_perfect_samples_agree_to_their_resolution() {
                 (Digits::All, false),
             ] {
                 let text = csv(&samples, digits, |name| whole || VELOCITY_AND_FORCE.contains(&name));
-                let candidate = folder.path().join("mine.csv");
-                std::fs::write(&candidate, text).unwrap();
-                let c = reference.compare(&candidate, &reference.mapping()).unwrap();
+                let c = reference.compared(&text, |_| {});
                 let line = line(sampled, interval, digits, whole, &c);
                 println!("{line}");
                 let unseen = c.sequence.iter().all(|difference| difference.shorter_than_interval);

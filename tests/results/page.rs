@@ -335,10 +335,7 @@ fn results_a_second_run_with_too_few_samples_has_its_own_remedy() {
     page::write(&first, Some(&second), &target, false).unwrap();
     let page = Page::read(&target);
     assert!(page.run["remedy"].is_null());
-    says(
-        page.run["second"]["remedy"].as_str().unwrap(),
-        &["stickslip run paper.h5"],
-    );
+    says(page.run["second"]["remedy"].as_str().unwrap(), "stickslip run paper.h5");
     let text = std::fs::read_to_string(&target).unwrap();
     assert!(!text.contains("${run.remedy}"));
 }
@@ -361,11 +358,8 @@ fn results_the_paper_stands_beside_its_own_case_only() {
     let folder = tempfile::tempdir().unwrap();
     let (_, _, page) = page_of(&run(&folder, &[]));
     assert_eq!(page.run["beside_paper"], true);
-    let row = page.run["headline"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|row| row["name"] == "onset of stick-slip");
+    let as_array = page.run["headline"].as_array().unwrap();
+    let row = as_array.iter().find(|row| row["name"] == "onset of stick-slip");
     assert_eq!(row.unwrap()["value"], "6.975001494 s");
     assert_eq!(row.unwrap()["paper"], "6.975 s");
     let path = folder.path().join("made-up.h5");

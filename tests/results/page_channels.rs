@@ -154,10 +154,8 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     let said = headline(&case, &report.run.summary);
-    let shown: Vec<(&str, &str)> = page.run["headline"]
-        .as_array()
-        .unwrap()
-        .iter()
+    let as_array = page.run["headline"].as_array().unwrap().iter();
+    let shown: Vec<(&str, &str)> = as_array
         .map(|row| (row["name"].as_str().unwrap(), row["value"].as_str().unwrap()))
         .collect();
     let said: Vec<(&str, &str)> = said.iter().map(|row| (row.name, row.value.as_str())).collect();

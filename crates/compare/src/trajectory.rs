@@ -42,8 +42,8 @@ impl Reference {
         Ok(known || self.dense()?.is_some())
     }
 
-    /// Columns of /trajectory as functions of time, from the start of the run on. Those that the equations do not give are
-    /// NaN without dense output.
+    /// Columns of /trajectory as functions of time, from the start of the run on. Without dense output, columns that the
+    /// equations do not give are NaN.
     ///
     /// # Errors
     /// An unreadable file.

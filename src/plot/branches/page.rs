@@ -98,7 +98,7 @@ fn firsts(branches: &[Branch]) -> impl Iterator<Item = usize> {
     })
 }
 
-/// What is known of each point, in the order of the list.
+/// The columns of the points, in the order of the list.
 fn columns(file: &Branches, chosen: &[&BranchQuantity]) -> Vec<PointColumn> {
     let stored = &file.stored;
     let column = |of: Value| {

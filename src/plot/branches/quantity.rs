@@ -4,7 +4,7 @@ use crate::plot::figure::Axis;
 use Measure::{Number, Position, Rate, Speed, Time};
 use stickslip_analysis::continuation::{Branch, BranchPoint, Stored};
 
-/// Returns the value at a point; NaN if there is none.
+/// Value at a point; NaN: none.
 pub type Value = fn(&Branch, &BranchPoint) -> f64;
 
 /// A quantity of the points.

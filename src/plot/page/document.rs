@@ -224,7 +224,7 @@ fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError
     let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
         return Ok(None);
     };
-    // In the order of the words, then the others. What is empty is left out.
+    // In the order of the words, then the others. Empty ones are left out.
     let place = |name: &str| CERTIFICATE_WORDS.iter().position(|words| words.0 == name);
     let mut attributes = group.attributes;
     attributes.sort_by_key(|(name, _)| place(name).unwrap_or(CERTIFICATE_WORDS.len()));

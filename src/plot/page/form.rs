@@ -149,7 +149,7 @@ pub(super) fn has_stick(system: &System) -> bool {
     system.contact == ContactLaw::StickSlip
 }
 
-/// Those of `variables` that the file or the equations give on both sides of each event.
+/// Channels among `variables` that the file or the equations give on both sides of each event.
 fn sides(file: &ResultFile, run: Option<&DrawnRun>, variables: &[Variable]) -> Result<Vec<(String, Rc<Sides>)>, Error> {
     let state = |name: &str| State::CHANNELS.iter().position(|state| state.name == name);
     let mut names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();

@@ -82,7 +82,7 @@ fn base_of(block: &[f64]) -> f64 {
 }
 
 impl PageTrajectory {
-    /// As much of a trajectory as fits into `room` bytes. `pair`: adds the differences from a second run.
+    /// A trajectory, thinned to fit into `room` bytes. `pair`: adds the differences from a second run.
     pub(super) fn of(
         file: &ResultFile,
         form: &PageForm,

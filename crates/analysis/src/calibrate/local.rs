@@ -244,16 +244,11 @@ pub(super) fn least<'a>(evaluations: &'a [Evaluation], members: &[usize]) -> Opt
 
 /// Best points for these targets, at least `distance` apart along some parameter.
 pub(super) fn apart(pool: &[Evaluation], members: &[usize], count: usize, distance: f64) -> Vec<Evaluation> {
-    let mut order: Vec<(f64, usize)> = pool
-        .iter()
-        .enumerate()
-        .map(|(index, point)| (point.worst(members), index))
-        .filter(|(worst, _)| worst.is_finite())
-        .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let order = pool.iter().map(|point| (point.worst(members), point));
+    let mut order: Vec<(f64, &Evaluation)> = order.filter(|(worst, _)| worst.is_finite()).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut chosen: Vec<&Evaluation> = Vec::new();
-    for (_, index) in order {
-        let point = &pool[index];
+    for (_, point) in order {
         let near = |other: &&Evaluation| {
             let mut pairs = point.shares.iter().zip(&other.shares);
             pairs.all(|(a, b)| (a - b).abs() < distance)

@@ -40,8 +40,6 @@ pub struct Interval {
     pub least: f64,
     /// Largest value, in the same unit.
     pub largest: f64,
-    /// The ends as fractions of the range, in the order of the range.
-    pub shares: [f64; 2],
     /// Sides that the measured numbers bound.
     pub determined: Determined,
 }
@@ -101,11 +99,8 @@ pub(super) fn explore(
         }
     }
     let near = reach_of(pool, members, NEARBY, optimum) * PARTS_APART;
-    let outside: Vec<Evaluation> = pool
-        .iter()
-        .filter(|point| point.worst(members) > 1.0)
-        .cloned()
-        .collect();
+    let outside = pool.iter().filter(|point| point.worst(members) > 1.0);
+    let outside: Vec<Evaluation> = outside.cloned().collect();
     let starts = apart(&outside, members, evaluator.study.search.starts, near);
     let search = |start: &Evaluation| least_worst(evaluator, start, members, near, 1);
     evaluator.each(pool, &starts, search, None)?;
@@ -131,9 +126,8 @@ pub(super) fn explore(
 fn chains_within(pool: &[Evaluation], members: &[usize], widening: f64, dimensions: usize) -> Vec<Vec<f64>> {
     let inside: Vec<&Evaluation> = pool.iter().filter(|point| point.worst(members) <= widening).collect();
     let count = CHAINS[0] * dimensions + CHAINS[1];
-    (0..count)
-        .map(|chain| inside[chain * inside.len() / count].shares.clone())
-        .collect()
+    let start = |chain: usize| inside[chain * inside.len() / count].shares.clone();
+    (0..count).map(start).collect()
 }
 
 fn walk(
@@ -145,9 +139,8 @@ fn walk(
     step: usize,
     random: &mut ChaCha8Rng,
 ) -> Result<(), Error> {
-    let proposals: Vec<Vec<f64>> = (0..chains.len())
-        .map(|chain| propose(chains, chain, step, random))
-        .collect();
+    let proposals = (0..chains.len()).map(|chain| propose(chains, chain, step, random));
+    let proposals: Vec<Vec<f64>> = proposals.collect();
     let run = |shares: &Vec<f64>| match shares.iter().all(|share| (0.0..=1.0).contains(share)) {
         true => evaluator.run(shares).map(Some),
         false => Ok(None),
@@ -177,18 +170,14 @@ fn propose(chains: &[Vec<f64>], chain: usize, step: usize, random: &mut ChaCha8R
     let a = other(&[chain]);
     let b = other(&[chain, a]);
     let dimensions = chains[chain].len();
-    let length = if step % 5 == 4 {
-        1.0
-    } else {
-        2.38 / (2.0 * dimensions as f64).sqrt()
+    let usual = 2.38 / (2.0 * dimensions as f64).sqrt();
+    let length = if step % 5 == 4 { 1.0 } else { usual };
+    let moved = |k: usize| {
+        // Separates chains that began at the same point.
+        let jitter = 1e-6 * (random.next_u64() as f64 / u64::MAX as f64 - 0.5);
+        chains[chain][k] + length * (chains[a][k] - chains[b][k]) + jitter
     };
-    (0..dimensions)
-        .map(|k| {
-            // Separates chains that began at the same point.
-            let jitter = 1e-6 * (random.next_u64() as f64 / u64::MAX as f64 - 0.5);
-            chains[chain][k] + length * (chains[a][k] - chains[b][k]) + jitter
-        })
-        .collect()
+    (0..dimensions).map(moved).collect()
 }
 
 fn extremes(
@@ -243,7 +232,6 @@ pub(super) fn intervals(evaluator: &TargetEvaluator, pool: &[Evaluation], member
         Interval {
             least: a.min(b),
             largest: a.max(b),
-            shares,
             determined,
         }
     };
@@ -261,10 +249,9 @@ pub fn correlations(sample: &[Vec<f64>]) -> Vec<Correlation> {
         products.sum::<f64>() / count
     };
     let pairs = (0..dimensions).flat_map(|a| (a + 1..dimensions).map(move |b| [a, b]));
-    pairs
-        .map(|[a, b]| Correlation {
-            parameters: [a, b],
-            coefficient: covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt(),
-        })
-        .collect()
+    let correlation = |[a, b]: [usize; 2]| Correlation {
+        parameters: [a, b],
+        coefficient: covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt(),
+    };
+    pairs.map(correlation).collect()
 }

@@ -140,12 +140,8 @@ impl Family {
         let period = self.period(&system);
         let (mut moved, mut period_slopes) = (Vec::new(), Vec::new());
         for number in (0..values.len()).filter(|_| derivatives) {
-            let size = if values[number] == 0.0 {
-                1.0
-            } else {
-                values[number].abs()
-            };
-            let h = WIDTH * size;
+            let size = values[number].abs();
+            let h = WIDTH * if size == 0.0 { 1.0 } else { size };
             let copy = |steps: f64, weight: f64| {
                 let mut values = values.to_vec();
                 values[number] += steps * h;
@@ -165,10 +161,9 @@ impl Family {
             for copy in &copies {
                 self.check_turns(&copy.system, &self.keys[number..=number])?;
             }
-            let slope = copies
-                .iter()
-                .filter_map(|copy| Some(copy.weight * self.period(&copy.system)?));
-            period_slopes.push(slope.sum());
+            let slopes = copies.iter();
+            let slopes = slopes.filter_map(|copy| Some(copy.weight * self.period(&copy.system)?));
+            period_slopes.push(slopes.sum());
             moved.push(MovedCases { copies, rounded: None });
         }
         Ok(Member {

@@ -255,18 +255,16 @@ fn autonomous(
     let peaks: Vec<&Peak> = turns(&shot).collect();
     if peaks.len() < 2 {
         let sticks = shot.phases.iter().all(|phase| phase.mode == Mode::Stick);
-        return Err(match sticks {
-            true => sticking(time, span),
-            false => Error::new(
-                ErrorKind::NoCycle,
-                format!(
-                    "the section was never crossed: the relative velocity has {found} maxima within {span:.6} s after t = {time:.6} s, \
-                     and two are needed. The motion has come to rest or to steady sliding; start from a state beside it (--from \
-                     initial, with [initial] at the cycle), or let it run longer (output.end_time)",
-                    found = peaks.len()
-                ),
-            ),
-        });
+        if sticks {
+            return Err(sticking(time, span));
+        }
+        let message = format!(
+            "the section was never crossed: the relative velocity has {found} maxima within {span:.6} s after t = {time:.6} s, and \
+             two are needed. The motion has come to rest or to steady sliding; start from a state beside it (--from initial, with \
+             [initial] at the cycle), or let it run longer (output.end_time)",
+            found = peaks.len()
+        );
+        return Err(Error::new(ErrorKind::NoCycle, message));
     }
     // The motion is nearest to an unstable cycle at first, and nearest to a stable cycle at last.
     let ordered: Vec<&Peak> = match search.from {
@@ -275,10 +273,7 @@ fn autonomous(
     };
     let first = ordered[0];
     let returns: Vec<&&Peak> = ordered[1..].iter().take(LONGEST).collect();
-    let distances: Vec<f64> = returns
-        .iter()
-        .map(|peak| apart(&peak.state, &first.state, &shot.sizes))
-        .collect();
+    let distance = |peak: &&&Peak| apart(&peak.state, &first.state, &shot.sizes);
     let turns = match (search.periods, search.period) {
         (Some(asked), _) => (asked as usize).min(returns.len()),
         (None, Some(period)) => {
@@ -286,7 +281,7 @@ fn autonomous(
             let best = returns.iter().enumerate().min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
             best.map_or(1, |best| best.0 + 1)
         }
-        (None, None) => first_near(&distances),
+        (None, None) => first_near(&returns.iter().map(distance).collect::<Vec<f64>>()),
     };
     let other = returns[turns - 1];
     let begins = if first.time < other.time { first } else { *other };
@@ -313,12 +308,8 @@ pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -
 /// Time from the start of a motion to the middle of its longest slip, s. A slip across the period's ends is joined.
 pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, Error> {
     let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
-    let mut slips: Vec<(f64, f64)> = shot
-        .phases
-        .iter()
-        .filter(|phase| phase.mode.slides())
-        .map(|phase| (phase.from, phase.to))
-        .collect();
+    let slips = shot.phases.iter().filter(|phase| phase.mode.slides());
+    let mut slips: Vec<(f64, f64)> = slips.map(|phase| (phase.from, phase.to)).collect();
     if let (Some(first), Some(last), true) = (shot.phases.first(), shot.phases.last(), shot.phases.len() > 1)
         && first.mode == last.mode
         && first.mode.slides()

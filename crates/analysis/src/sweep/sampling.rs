@@ -37,10 +37,8 @@ pub(super) fn draw(axes: &[ParameterAxis], method: SampleMethod, count: usize, s
         SampleMethod::LatinHypercube => latin_hypercube(axes.len(), count, seed),
         SampleMethod::Sobol => sobol(axes.len(), count, seed),
     };
-    shares
-        .into_iter()
-        .map(|row| axes.iter().zip(row).map(|(axis, share)| axis.at(share)).collect())
-        .collect()
+    let row = |shares: Vec<f64>| axes.iter().zip(shares).map(|(axis, share)| axis.at(share)).collect();
+    shares.into_iter().map(row).collect()
 }
 
 pub(crate) fn sobol(axes: usize, count: usize, seed: u32) -> Vec<Vec<f64>> {

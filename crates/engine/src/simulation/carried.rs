@@ -31,7 +31,7 @@ use stickslip_system::model::Mode;
 use stickslip_system::model::equations::{Engagement, Outside, SystemEquations};
 use stickslip_system::model::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slow_momenta};
 use stickslip_system::numerics::eigenvalues::eigenvalues;
-use stickslip_system::numerics::radau_tableau::RadauTableau;
+use stickslip_system::numerics::radau::RadauTableau;
 use stickslip_system::record::EventKind;
 
 type EventTransition = Transition<EventKind, SystemLocation>;

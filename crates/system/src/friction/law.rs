@@ -26,7 +26,7 @@ pub trait Law {
     /// mu_s, the limit of mu(x) at vanishing speed. A contact at rest must hold as much: mu_0 >= mu_s.
     fn at_vanishing_speed(&self) -> f64;
 
-    /// Friction in backward sliding (omega_r < 0), if it differs from forward sliding. Such a law has no knots.
+    /// Friction in backward sliding (omega_r < 0), if it differs from forward sliding; then the law has no knots.
     fn backward(&self) -> Option<Backward> {
         None
     }

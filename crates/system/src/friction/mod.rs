@@ -14,14 +14,13 @@
 //! | `polynomial` | mu_s + c_1 x + c_2 x^2 + c_3 x^3 up to a stated speed |
 //! | `table` | through points, by straight lines or monotone cubics |
 //!
-//! `law` has the interface, `parameters` the link to a case, `cubic` the common part of the last two laws.
+//! `law` has the interface, `parameters` the link to a case.
 //!
 //! A new law is a file in this folder that implements [`Law`] and [`LawParameters`], and its name in `laws!` below;
 //! CONTRIBUTING.md has the steps.
 
 mod asymmetric;
 mod coulomb;
-mod cubic;
 mod exponential;
 mod hyperbolic;
 mod law;

@@ -1,7 +1,7 @@
 //! Friction through given points.
 
-use super::cubic::{Cubic, CubicSeries};
 use super::parameters::parameter;
+use super::polynomial::{Cubic, CubicSeries};
 use super::{Bounds, Factors, Law, LawParameter, LawParameters, LawSeries, LawValue};
 use crate::numerics::Number;
 use crate::numerics::taylor::Unfolding;

@@ -1,7 +1,5 @@
 //! Breakaway from stick, located with bounds of the tested torque.
 
-use super::bounds::positive_for;
-
 /// Most steps of one search for a breakaway. A system with a damped fast mode takes a few hundred. A strongly
 /// overdamped system, with time scales a million apart, could take minutes, and must stay interruptible.
 const MOST_ROUNDS: u64 = 100_000;
@@ -108,4 +106,21 @@ pub(crate) fn first_breakaway(
         }
     }
     Breakaway::NotBefore { until: tau }
+}
+
+/// Distance over which a function with value `g` > 0, slope `rate` and |second derivative| <= `curvature` provably
+/// stays positive: the positive zero of g + rate x - curvature x^2 / 2, or infinity without one.
+///
+/// Repeated steps converge to the first root from the left, and never pass a root. Near a simple root they are
+/// Newton's.
+pub fn positive_for(g: f64, rate: f64, curvature: f64) -> f64 {
+    let root = (rate * rate + 2.0 * curvature * g).sqrt();
+    if rate < 0.0 {
+        // This form does not cancel.
+        2.0 * g / (root - rate)
+    } else if curvature > 0.0 {
+        (rate + root) / curvature
+    } else {
+        f64::INFINITY
+    }
 }

@@ -7,35 +7,30 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `system` | the definition of the problem |
+//! | `system` | the definition of the problem, in doubles or exact numbers |
 //! | `equations` | the equations in twist coordinates, generic in the number type |
 //! | `chain_coordinates` | coordinates in which the Jacobian of a long chain is a band matrix |
 //! | `contact` | the effective radius |
-//! | `breakaway`, `bounds` | breakaway from stick |
+//! | `breakaway` | breakaway from stick |
 //! | `margin` | loss of stability of steady sliding |
 //! | `stability` | forecast of this loss for sliding that slows down by itself |
 //! | `slow_manifold`, `slow_motion` | slip, and stick and separation, without the fast oscillations |
-//! | `chains`, `closed_form`, `linear_flow` | stick and separation in closed form |
+//! | `chains`, `closed_form` | stick and separation in closed form |
 //! | `axial`, `oscillator` | the axial motion in closed form |
-//! | `parameters`, `lowering` | two equal disks in a few parameters, and their conversion to a system |
+//! | `parameters` | two equal disks in a few parameters, and their conversion to a system |
 //! | `absolute_angles` | two disks in absolute angles, as in the paper |
-//! | `exact` | friction laws with exact rational parameters |
 //!
 //! All numbered equations are those of "Vibrational Interaction of Two Rotors with Friction Coupling", Advances in
 //! Acoustics and Vibration, 2016, article 9275147 ("the paper").
 
 pub mod absolute_angles;
 pub mod axial;
-pub mod bounds;
 pub mod breakaway;
 pub mod chain_coordinates;
 mod chains;
 pub mod closed_form;
 pub mod contact;
 pub mod equations;
-pub mod exact;
-mod linear_flow;
-pub mod lowering;
 pub mod margin;
 pub mod oscillator;
 pub mod parameters;
@@ -46,8 +41,8 @@ pub mod system;
 
 use std::sync::OnceLock;
 
-pub use exact::{ExactLaw, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Mode, Parameters, Torsion};
+pub use system::{ExactLaw, nearest_double};
 
 /// A value for each linear mode (stick and separation), made on first use.
 #[derive(Debug)]

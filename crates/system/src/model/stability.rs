@@ -33,7 +33,7 @@ pub struct FastModes {
     spectrum: Option<Spectrum>,
 }
 
-/// Which modes of a slip count as slow.
+/// The slow modes of a slip.
 #[derive(Debug, Clone, Copy)]
 pub enum Slow {
     /// One mode for each free train.
@@ -144,8 +144,7 @@ fn slower(inertia: f64, damping: f64, stiffness: f64) -> f64 {
 }
 
 impl Spectrum {
-    /// An empty table. Its values are dense for |kappa| up to `resistance` (N m s/rad), or up to 0.01 sqrt(k J) of a
-    /// shaft if there is none.
+    /// An empty table, dense for |kappa| up to `resistance` (N m s/rad), or without one up to 0.01 sqrt(k J) of a shaft.
     pub fn new(system: &SystemEquations, resistance: Option<f64>, slow: Slow) -> Self {
         let own = |side: &Side| {
             let shafts = side.stiffness.iter().zip(&side.inertia);

@@ -8,7 +8,6 @@ pub mod eigenvalues;
 pub mod number;
 pub mod polynomial_roots;
 pub mod radau;
-pub mod radau_tableau;
 pub mod taylor;
 
 pub use number::Number;

@@ -31,7 +31,7 @@ pub fn isolate<const N: usize>(coefficients: &[f64; N], visit: &mut impl FnMut(B
 
 /// The first root in (0, 1] at which the polynomial falls from positive to negative, accurate to the last place.
 pub fn first_falling<const N: usize>(coefficients: &[f64; N]) -> Option<f64> {
-    // Usually there is none, because the constant exceeds the sum of all negative coefficients.
+    // A constant above the sum of all negative coefficients, the usual case, excludes a root.
     let mut least = coefficients[0];
     for c in &coefficients[1..] {
         if *c < 0.0 {

@@ -26,8 +26,7 @@ use stickslip_system::model::Mode;
 use stickslip_system::model::equations::Outside;
 use stickslip_system::model::slow_manifold::{Slip, SlowSeries, has_slow_manifold, slow_momenta};
 use stickslip_system::numerics::polynomial_roots::first_falling;
-use stickslip_system::numerics::radau::{Radau, Step, Work};
-use stickslip_system::numerics::radau_tableau::RadauTableau;
+use stickslip_system::numerics::radau::{Radau, RadauTableau, Step, Work};
 use stickslip_system::numerics::taylor;
 
 /// Radau IIA with these stages has order 13.
