@@ -37,8 +37,8 @@ const APART: f64 = 0.25;
 const FITTED: usize = 3;
 
 impl ChangedSystem {
-    /// A run without the kick up to the onset of the reference, if the candidate may not be kicked. The same events at
-    /// other times are those of a kicked motion.
+    /// A run without the kick up to the onset of the reference, if the candidate may not be kicked. A motion
+    /// with the same events at other times is kicked.
     pub fn unkicked_up_to_onset(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
         let Some(kicked) = evidence.kicked.filter(|_| evidence.observation.is_some()) else {
@@ -65,13 +65,17 @@ impl ChangedSystem {
         let starts: Vec<usize> = starts.collect();
         let mut found = Vec::new();
         for ((number, own), &start) in kicks.flat_map(|kick| starts.iter().map(move |start| (kick, start))) {
-            let run = |time: f64| ChangedSystem::KickAt(number, time, own).run(evidence, start);
+            let run =
+                |time: f64, until: f64| ChangedSystem::KickAt(number, time, own).run(&evidence.until(until), start);
             let unkicked = ChangedSystem::NoKick(None).run(evidence, start);
             let parts = unkicked.and_then(|played| seen.time.get(seen.close(&played.values, evidence.least)).copied());
             let near = (-TRIED..=TRIED).map(|k| own + f64::from(k) * APART * evidence.period);
             let begin: Vec<f64> = near.chain(parts).collect();
             let left = over_processors(begin.len(), &|| false, |k| {
-                Some((evidence.judged(&run(begin[k])?, f64::INFINITY)?.left, begin[k]))
+                Some((
+                    evidence.judged(&run(begin[k], f64::INFINITY)?, f64::INFINITY)?.left,
+                    begin[k],
+                ))
             });
             let mut left: Vec<(f64, f64)> = left.into_iter().flatten().collect();
             left.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -112,7 +116,7 @@ impl Cause for ChangedSystem {
     }
 
     fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        if *self == ChangedSystem::State && evidence.starts.get(start)? == &TrialStart::Case {
+        if self.is_state() && matches!(evidence.starts.get(start)?, TrialStart::Case) {
             return None;
         }
         evidence.with(start, |system| match self {

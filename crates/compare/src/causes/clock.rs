@@ -197,6 +197,8 @@ pub(super) fn is_moved(reference: &[SequenceEvent], candidate: &[SequenceEvent],
 /// Events of the candidate and of the reference that are tried as starts of another clock.
 const LOOKED_AT: (usize, usize) = (4, 12);
 const LEAST: f64 = 1e-6;
+/// Part of the disagreement of the events that an offset may leave for its fit to the samples.
+const BETTER: f64 = 0.5;
 /// Smallest share that another clock must explain: with the right offset nothing is left.
 const OF_CLOCK: f64 = 1.0 - 1e-6;
 
@@ -251,11 +253,11 @@ fn offset_of_samples(search: &Search<'_>) -> Option<f64> {
         });
         agreement(&moved.collect::<Vec<_>>(), evidence.word, period).cost
     };
-    let begin = begin
-        .into_iter()
-        .map(|add| (cost(add), add))
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    fitted(evidence, begin.1, 0.1 * period, &|add| shifted(search, add))
+    let begin = begin.into_iter().map(|add| (cost(add), add));
+    let (least, begin) = begin.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // With another clock all events agree.
+    let agree = least <= BETTER * cost(0.0);
+    agree.then(|| fitted(evidence, begin, 0.1 * period, &|add, _| shifted(search, add)))?
 }
 
 impl Cause for Clocked {
@@ -424,7 +426,7 @@ impl Cause for ClockRate {
                 .chain([1.0])
                 .filter(|rate| (1.0 / MOST_RATE..MOST_RATE).contains(rate));
             let rates = begin.filter_map(|begin| {
-                fitted(evidence, begin, UNIT, &|rate| {
+                fitted(evidence, begin, UNIT, &|rate, _| {
                     ClockRate { rate, origin }.played(evidence, start)
                 })
             });

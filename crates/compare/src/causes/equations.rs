@@ -241,7 +241,7 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
             continue;
         };
         found.retain(|other| as_much(left(&other.1), best));
-        // Of parameters that explain as much, the force comes last.
+        // Among parameters that explain as much, the force comes last.
         found.sort_by_key(|(which, _)| of_normal_force(&unknown[which[0]].path));
         let all: Vec<OfEquations> = found.iter().filter_map(explained).collect();
         // If two pairs explain as much, neither is shown.

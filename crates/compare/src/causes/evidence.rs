@@ -1,4 +1,4 @@
-//! What is known of a candidate, and runs of the reference's case that are compared with it.
+//! Data on a candidate, and runs of the reference's case that are compared with it.
 
 use super::motion::{MotionRequest, Played, Traced};
 use super::observation::{Observation, ObservedValues};
@@ -31,7 +31,7 @@ pub(crate) enum TrialStart {
     At(f64, Vec<f64>),
 }
 
-/// What is known of a candidate.
+/// Data on a candidate.
 #[derive(Debug)]
 pub(crate) struct Evidence<'a> {
     pub physics: &'a Physics,
@@ -98,7 +98,7 @@ impl<'a> Evidence<'a> {
         self
     }
 
-    /// The same evidence with another observation, or with events alone.
+    /// Uses another observation, or events alone.
     pub fn observed_as<'b>(&'b self, observation: Option<&'b Observation>) -> Evidence<'b> {
         Evidence {
             observation,
@@ -113,7 +113,7 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// The same evidence with runs that end at a time, s.
+    /// Ends the runs at a time, s.
     pub fn until(&self, time: f64) -> Evidence<'_> {
         Evidence {
             end: self.end.min(time),

@@ -340,9 +340,9 @@ impl FiledRows {
         if !promising {
             return None;
         }
-        let play = |late: f64| Some(with(late)?.played(evidence));
+        let play = |late: f64, _: f64| Some(with(late)?.played(evidence));
         let shown = fitted(evidence, begin, half, &play).and_then(with);
-        // What the samples show has to be clearly better.
+        // The fitted value has to be clearly better.
         let better = shown.filter(|shown| 2.0 * left(shown) < left(&best));
         Some(better.unwrap_or(best))
     }
@@ -351,14 +351,21 @@ impl FiledRows {
     fn average(evidence: &Evidence<'_>, rows: &EvenRows, plain: &ObservedValues) -> Option<FiledRows> {
         let seen = evidence.observation?;
         let sums = rows.sums();
-        let counts = 2..=MOST_AVERAGED;
+        let left = |count: usize, place: Place| closer(seen, plain, &rows.averaged(&sums, count, place));
+        let best = |counts: Vec<usize>, places: &[Place]| {
+            let each = counts
+                .into_iter()
+                .flat_map(|count| places.iter().map(move |&place| (count, place)));
+            let each =
+                each.filter_map(|(count, place)| left(count, place).map(|(left, which)| (left, count, place, which)));
+            each.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        // Large numbers are tried at intervals, then those around the best.
+        let next = |count: &usize| Some((count + 1).max(count * 17 / 16)).filter(|count| *count <= MOST_AVERAGED);
         let places = [Place::Last, Place::Middle, Place::Padded];
-        let each = counts.flat_map(|count| places.map(|place| (count, place)));
-        let each = each.filter_map(|(count, place)| {
-            let (left, which) = closer(seen, plain, &rows.averaged(&sums, count, place))?;
-            Some((left, count, place, which))
-        });
-        let (_, count, place, which) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, about, place, _) = best(std::iter::successors(Some(2), next).collect(), &places)?;
+        let near = about - about / 16..=(about + about / 16).min(MOST_AVERAGED);
+        let (_, count, place, which) = best(near.collect(), &[place])?;
         let averaged = rows.averaged(&sums, count, place);
         FiledRows::of(evidence, Filing::Average(count, place), which, plain, &averaged)
     }
@@ -544,7 +551,7 @@ fn proposals(all: Vec<Option<FiledRows>>) -> Vec<Proposal> {
         .collect()
 }
 
-/// Other mistakes that explain as much as the first of `all`, which is a mistake of the file. Those of the file are
+/// Other mistakes that explain as much as the first of `all`, which is a mistake of the file. Mistakes of the file are
 /// returned in words. The first one of the motion becomes a diagnosis, which says that `name` and it look alike.
 pub(super) fn beside(search: &Search<'_>, name: &str, all: &[Tried], causes: &mut Causes) -> String {
     let (of_file, of_motion): (Vec<Tried>, Vec<Tried>) =

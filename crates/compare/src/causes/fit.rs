@@ -16,9 +16,10 @@ const MOST_STEPS: usize = 30;
 /// Shortenings of a step.
 const SHORTER: usize = 5;
 const LONGEST: f64 = 0.5;
-/// Part of the time that is computed first, and factor by which it grows.
+/// Part of the time that is computed first, the factor by which it grows, and that by which it is beyond the window.
 const FIRST: f64 = 0.1;
 const LONGER: f64 = 3.2;
+const BEHIND: f64 = 1.1;
 
 pub(crate) struct Fit<'a> {
     pub evidence: &'a Evidence<'a>,
@@ -28,16 +29,17 @@ pub(crate) struct Fit<'a> {
     pub units: &'a [f64],
 }
 
-/// The value, found from `begin`, with which a motion is closest to the candidate.
+/// The value, found from `begin`, with which a motion is closest to the candidate; `play` gives the motion at least up to
+/// a time, s.
 pub(super) fn fitted(
     evidence: &Evidence<'_>,
     begin: f64,
     unit: f64,
-    play: &dyn Fn(f64) -> Option<Played>,
+    play: &dyn Fn(f64, f64) -> Option<Played>,
 ) -> Option<f64> {
     let fit = Fit {
         evidence,
-        play: &|values: &[f64], _| play(values[0]),
+        play: &|values: &[f64], until| play(values[0], until),
         units: &[unit],
     };
     Some(fit.refined(vec![begin])?.values[0])
@@ -52,18 +54,29 @@ pub(crate) struct FitPoint {
 }
 
 impl Fit<'_> {
-    /// The motion is computed as far as it is close to the candidate.
-    fn at(&self, values: Vec<f64>) -> Option<FitPoint> {
+    /// The motion is computed as far as it is close to the candidate, and at least up to a time, s.
+    fn at(&self, values: Vec<f64>, at_least: f64) -> Option<FitPoint> {
         let (begins, end) = self.evidence.span();
-        let mut part = FIRST;
+        let mut part = match self.evidence.observation {
+            Some(_) => FIRST.max(BEHIND * (at_least - begins) / (end - begins)),
+            None => 1.0,
+        };
         loop {
             let until = begins + part * (end - begins);
-            let played = (self.play)(&values, if part < 1.0 { until } else { f64::INFINITY })?;
-            let window = self.evidence.window(&played);
-            let is_known = |column: &Vec<f64>| column.get(window).is_none_or(|value| value.is_finite());
-            let is_enough = played.values.iter().all(is_known);
-            if part >= 1.0 || is_enough {
-                return Some(FitPoint { values, played, window });
+            let is_all = part >= 1.0;
+            let played = (self.play)(&values, if is_all { f64::INFINITY } else { until });
+            let point = played.map(|played| {
+                let window = self.evidence.window(&played);
+                let is_known = |column: &Vec<f64>| column.get(window).is_none_or(|value| value.is_finite());
+                (played.values.iter().all(is_known), played, window)
+            });
+            match point {
+                Some((is_enough, played, window)) if is_all || is_enough => {
+                    return Some(FitPoint { values, played, window });
+                }
+                None if is_all => return None,
+                // An event that is moved may lie behind the part, too.
+                _ => {}
             }
             part *= LONGER;
         }
@@ -84,7 +97,7 @@ impl Fit<'_> {
     }
 
     pub fn refined(&self, values: Vec<f64>) -> Option<FitPoint> {
-        let mut at = self.at(values)?;
+        let mut at = self.at(values, f64::NEG_INFINITY)?;
         for number in 0..MOST_STEPS {
             if number >= STEPS && !self.evidence.is_whole(&at.played, at.window) {
                 break;
@@ -100,7 +113,7 @@ impl Fit<'_> {
                 let shrink = 0.25f64.powi(times as i32);
                 let each = at.values.iter().zip(&step).zip(self.units);
                 let values = each.map(|((value, step), unit)| value + (shrink * step).clamp(-LONGEST, LONGEST) * unit);
-                let next = self.at(values.collect())?;
+                let next = self.at(values.collect(), self.evidence.time_of(at.window))?;
                 let same = square(&self.evidence.residual(&next.played, at.window));
                 (same < left).then_some((next, same))
             });

@@ -29,7 +29,7 @@ pub(crate) struct Judged {
     pub before: Agreement,
     pub after: Agreement,
     events: bool,
-    /// What the candidate does before its first difference contradicts the motion.
+    /// The candidate contradicts the motion before its first difference.
     contradicted: bool,
     /// A constant of each channel explains as much.
     constant: bool,
@@ -40,7 +40,7 @@ impl Judged {
         self.explained >= EXPLAINED && self.events && !self.contradicted && !self.constant
     }
 
-    /// What is against a motion that explains nearly all, in words; `least` is the share that it has to explain.
+    /// The reason against a motion that explains nearly all, in words; `least` is the share that it has to explain.
     pub fn why_not(&self, least: f64) -> &'static str {
         match () {
             () if self.explained < least => ", which is not enough for it",
@@ -157,13 +157,13 @@ impl Evidence<'_> {
     /// Value, searched from `begin`, at which the candidate's difference from the reference, projected onto the
     /// motion's, equals the motion's. The motion is the reference at zero, and differs from it by the power `order` of
     /// the value.
-    pub(crate) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64) -> Option<Played>) -> Option<f64> {
+    pub(crate) fn projected(&self, begin: f64, order: i32, play: &dyn Fn(f64, f64) -> Option<Played>) -> Option<f64> {
         let reference = self.reference();
         let window = self.window(&reference);
         let off = self.residual(&reference, window);
         let mut value = begin;
         for _ in 0..PROJECTIONS {
-            let left = self.residual(&play(value)?, window);
+            let left = self.residual(&play(value, self.time_of(window))?, window);
             let (mut own, mut both) = (0.0, 0.0);
             for (off, left) in off.iter().zip(&left) {
                 let moved = off - left;

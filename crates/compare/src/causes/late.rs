@@ -23,7 +23,8 @@ const FAR: f64 = 0.125;
 /// Differences above this part of the largest show where a candidate departs from the reference.
 const PARTS_AT: f64 = 1e-3;
 
-/// An event of the reference that comes late, or a stick that comes early.
+/// An event of the reference that comes late, or a stick that comes early; or a slip that does not begin, so that the
+/// stick lasts until its limit is passed again.
 #[derive(Debug)]
 pub(crate) struct OneLate {
     /// Time of the event in the reference, and its delay, s.
@@ -31,6 +32,7 @@ pub(crate) struct OneLate {
     late: f64,
     /// The surfaces then have one speed.
     joined: bool,
+    missed: bool,
 }
 
 /// Numbers of the events of a run near which the candidate departs from it.
@@ -121,17 +123,49 @@ impl Cause for OneLate {
         let found = over_processors(all.len(), &|| false, |k| {
             let (number, joined) = all[k];
             let time = events[number].time;
-            let play = |late: f64| OneLate { time, late, joined }.motion(evidence, traced);
+            let play = |late: f64, until: f64| {
+                OneLate {
+                    time,
+                    late,
+                    joined,
+                    missed: false,
+                }
+                .motion(&evidence.until(until), traced)
+            };
             // The motion is at most quadratic in the delay of a stick, so near zero there is no slope.
-            let left = |late: &f64| Some((evidence.judged(&play(*late)?, f64::INFINITY)?.left, *late));
+            let left = |late: &f64| {
+                Some((
+                    evidence.judged(&play(*late, f64::INFINITY)?, f64::INFINITY)?.left,
+                    *late,
+                ))
+            };
             let shown = OneLate::shown(evidence, &events[number]);
             let begin: Vec<f64> = BEGIN.map(|part| part * period).into_iter().chain(shown).collect();
             let (_, begin) = begin.iter().filter_map(left).min_by(|a, b| a.0.total_cmp(&b.0))?;
             let late = fitted(evidence, begin, begin, &play)?;
             let is_near = late.abs() <= FAR * period;
-            is_near.then(|| -> Proposal { Arc::new(OneLate { time, late, joined }) })
+            is_near.then(|| -> Proposal {
+                Arc::new(OneLate {
+                    time,
+                    late,
+                    joined,
+                    missed: false,
+                })
+            })
         });
-        found.into_iter().flatten().collect()
+        let slips = departs_near(evidence, traced).filter(|number| events[*number].kind == EventKind::Slip);
+        let missed = slips.filter_map(|number| {
+            let time = events[number].time;
+            let late = next_breakaway(evidence, traced, time)?;
+            let (joined, missed) = (true, true);
+            Some(Arc::new(OneLate {
+                time,
+                late,
+                joined,
+                missed,
+            }) as Proposal)
+        });
+        found.into_iter().flatten().chain(missed).collect()
     }
 
     fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
@@ -141,7 +175,7 @@ impl Cause for OneLate {
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
         let judged = evidence.judged(played, f64::INFINITY)?;
         // An event that the candidate does not have is not late.
-        Some(if evidence.has_event(self.time + self.late) {
+        Some(if self.missed || evidence.has_event(self.time + self.late) {
             judged
         } else {
             Judged::far()
@@ -149,11 +183,11 @@ impl Cause for OneLate {
     }
 
     fn least(&self, _: &Evidence<'_>) -> f64 {
-        OF_FITTED
+        if self.missed { 1.0 - ALL } else { OF_FITTED }
     }
 
     fn complexity(&self, _: &Evidence<'_>) -> usize {
-        2
+        if self.missed { 1 } else { 2 }
     }
 
     fn is_like_steps(&self) -> bool {
@@ -162,6 +196,15 @@ impl Cause for OneLate {
 
     fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
         let (number, kind) = self.event(search.evidence);
+        if self.missed {
+            let words = format!(
+                "the breakaway at {:.6} s, event {number} of the sequence, is stepped over: the torque is below the limit of stick again \
+                 at the end of the step, and exceeds it next at {:.6} s",
+                self.time,
+                self.time + self.late
+            );
+            return (CauseKind::MissedBreakaway, words);
+        }
         let side = if self.late < 0.0 { "early" } else { "late" };
         let words = format!(
             "one event alone is wrong: its {kind} at {:.6} s, event {number} of the sequence, is {:.3e} s {side}, and what comes \
@@ -177,13 +220,6 @@ impl Cause for OneLate {
 const LOOKS: f64 = 64.0;
 const MOST_LOOKS: usize = 20_000;
 const HALVINGS: usize = 50;
-
-/// A slip of the reference that does not begin; the stick lasts until its limit is passed again.
-#[derive(Debug)]
-pub(crate) struct MissedBreakaway {
-    /// Time of the slip in the reference, and from then to the next breakaway, s.
-    slip: OneLate,
-}
 
 /// The time from a breakaway (s) to that at which the limit of stick is passed again, s.
 fn next_breakaway(evidence: &Evidence<'_>, traced: &Traced, time: f64) -> Option<f64> {
@@ -229,53 +265,4 @@ fn next_breakaway(evidence: &Evidence<'_>, traced: &Traced, time: f64) -> Option
         }
     }
     Some(at + step - time)
-}
-
-impl Cause for MissedBreakaway {
-    /// Slips near which the candidate departs from the reference.
-    fn propose(search: &Search<'_>) -> Vec<Proposal> {
-        let evidence = search.evidence;
-        let Some(traced) = evidence.unchanged.first().and_then(Option::as_ref) else {
-            return Vec::new();
-        };
-        let events = departs_near(evidence, traced).map(|number| traced.played.events[number]);
-        let slips = events.filter(|event| event.kind == EventKind::Slip);
-        let missed = slips.filter_map(|event| {
-            let late = next_breakaway(evidence, traced, event.time)?;
-            let slip = OneLate {
-                time: event.time,
-                late,
-                joined: true,
-            };
-            Some(Arc::new(MissedBreakaway { slip }) as Proposal)
-        });
-        missed.collect()
-    }
-
-    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        self.slip.run(evidence, start)
-    }
-
-    fn least(&self, _: &Evidence<'_>) -> f64 {
-        1.0 - ALL
-    }
-
-    fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
-        let (number, _) = self.slip.event(search.evidence);
-        let words = format!(
-            "the breakaway at {:.6} s, event {number} of the sequence, is stepped over: the torque is below the limit of stick again at \
-             the end of the step, and exceeds it next at {:.6} s",
-            self.slip.time,
-            self.slip.time + self.slip.late
-        );
-        (CauseKind::MissedBreakaway, words)
-    }
-
-    fn complexity(&self, _: &Evidence<'_>) -> usize {
-        1
-    }
-
-    fn is_like_steps(&self) -> bool {
-        true
-    }
 }

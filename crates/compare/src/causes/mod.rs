@@ -52,7 +52,7 @@ use crate::diagnosis::CauseKind;
 use changed::ChangedSystem;
 use clock::{ClockRate, Clocked};
 use filing::FiledRows;
-use late::{MissedBreakaway, OneLate};
+use late::OneLate;
 use number::ChangedNumber;
 use smooth::Smooth;
 use std::fmt::Debug;
@@ -77,18 +77,13 @@ pub(crate) trait Cause: Debug + Send + Sync {
     /// Kind of the diagnosis, and the mistake in words: "its kick acts on the rotor's surface alone".
     fn words(&self, search: &Search<'_>) -> (CauseKind, String);
 
-    /// Number of values that differ, or the complexity of the mistake on that scale. Of mistakes that explain as much,
-    /// the one with the least is named.
+    /// Number of values that differ, or the complexity of the mistake on that scale. Among mistakes that explain as
+    /// much, the one with the least is named.
     fn complexity(&self, evidence: &Evidence<'_>) -> usize;
 
     /// How well the motion explains the candidate.
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
         evidence.judged(played, f64::INFINITY)
-    }
-
-    /// Rank among mistakes that explain as much and are as complex; the lowest is the likeliest.
-    fn unlikely(&self) -> usize {
-        0
     }
 
     /// The candidate shows the mistake directly, by its equations or its creep.
@@ -133,19 +128,14 @@ pub(crate) trait Cause: Debug + Send + Sync {
         None
     }
 
+    /// The parameters of the case that differ, if the mistake is one.
+    fn parameters(&self) -> Option<&ChangedNumber> {
+        None
+    }
+
     /// Parameters of the case that differ, with their values in SI.
     fn numbers(&self) -> &[(String, f64)] {
-        &[]
-    }
-
-    /// The parameters of [`Self::numbers`] with their errors and names, if the motion explains this share.
-    fn named(&self, _evidence: &Evidence<'_>, _explained: f64) -> Vec<OtherNumber> {
-        Vec::new()
-    }
-
-    /// Evidence for the parameters.
-    fn found_by(&self, _evidence: &Evidence<'_>) -> FoundBy {
-        FoundBy::Samples
+        self.parameters().map_or(&[], |parameters| &parameters.numbers)
     }
 
     /// The solver with steps, if the mistake is one. It begins at [`Evidence::origin`].
@@ -168,77 +158,57 @@ pub(crate) trait Cause: Debug + Send + Sync {
 /// A mistake that is to be tried.
 pub(crate) type Proposal = Arc<dyn Cause>;
 
-/// Mistakes that are tried at once, and whether they are still needed.
-pub(crate) struct Round {
-    pub needed: fn(&Search<'_>) -> bool,
-    pub propose: &'static [fn(&Search<'_>) -> Vec<Proposal>],
+/// Whether mistakes are still needed, and what proposes those that are tried at once.
+pub(crate) type Round = (fn(&Search<'_>) -> bool, &'static [fn(&Search<'_>) -> Vec<Proposal>]);
+
+fn always(_: &Search<'_>) -> bool {
+    true
+}
+
+fn needs_steps(search: &Search<'_>) -> bool {
+    search.with_steps && !search.has_exact()
 }
 
 /// The order in which causes are tried: what the file or the samples show directly first, then one mistake with few
 /// values, then solvers with steps and smooth laws, and two mistakes at once last.
 pub(crate) const ORDER: &[Round] = &[
-    Round {
-        needed: |_| true,
-        propose: &[Clocked::propose],
-    },
-    Round {
-        needed: |_| true,
-        propose: &[FiledRows::propose, ClockRate::propose],
-    },
-    Round {
-        needed: |_| true,
-        propose: &[ChangedSystem::unkicked_up_to_onset],
-    },
-    Round {
-        needed: |_| true,
-        propose: &[
+    (always, &[Clocked::propose]),
+    (always, &[FiledRows::propose, ClockRate::propose]),
+    (always, &[ChangedSystem::unkicked_up_to_onset]),
+    (
+        always,
+        &[
             Smooth::shown,
             ChangedNumber::of_equations,
             ChangedNumber::of_breakaways,
             ChangedSystem::propose,
             ChangedSystem::kick_times,
             OneLate::propose,
-            MissedBreakaway::propose,
         ],
-    },
-    Round {
-        needed: |search| search.lacks_number(),
-        propose: &[ChangedNumber::mistaken],
-    },
-    Round {
-        needed: |search| search.lacks_number(),
-        propose: &[ChangedNumber::propose],
-    },
-    Round {
-        needed: |search| search.with_steps && !search.has_exact(),
-        propose: &[SteppingSolver::of_tolerances, SteppingSolver::propose],
-    },
-    Round {
-        needed: |search| search.with_steps && search.lacks_cause(),
-        propose: &[SteppingSolver::of_low_order],
-    },
-    Round {
-        needed: |search| search.lacks_cause(),
-        propose: &[Smooth::propose],
-    },
-    Round {
-        needed: |search| search.with_steps && search.lacks_cause(),
-        propose: &[SteppingSolver::of_usual_tolerances],
-    },
-    Round {
-        needed: |search| search.lacks_cause(),
-        propose: &[ChangedNumber::pairs],
-    },
-    Round {
-        needed: |search| search.with_steps && !search.explains_all(),
-        propose: &[SteppingSolver::with_numbers],
-    },
-    Round {
-        needed: |_| true,
-        propose: &[ChangedNumber::as_friction],
-    },
-    Round {
-        needed: |search| search.with_steps && !search.has_cause(),
-        propose: &[SteppingSolver::up_to_where_known],
-    },
+    ),
+    (|search| search.lacks_number(), &[ChangedNumber::mistaken]),
+    (|search| search.lacks_number(), &[ChangedNumber::propose]),
+    (needs_steps, &[SteppingSolver::of_tolerances, SteppingSolver::propose]),
+    (needs_steps, &[SteppingSolver::variants_of_closest]),
+    (
+        |search| search.with_steps && search.lacks_cause(),
+        &[SteppingSolver::of_low_order],
+    ),
+    (needs_steps, &[SteppingSolver::variants_of_closest]),
+    (|search| search.lacks_cause(), &[Smooth::propose]),
+    (
+        |search| search.with_steps && search.lacks_cause(),
+        &[SteppingSolver::of_usual_tolerances],
+    ),
+    (needs_steps, &[SteppingSolver::variants_of_closest]),
+    (|search| search.lacks_cause(), &[ChangedNumber::pairs]),
+    (
+        |search| search.with_steps && !search.explains_all(),
+        &[SteppingSolver::with_numbers],
+    ),
+    (always, &[ChangedNumber::as_friction]),
+    (
+        |search| search.with_steps && !search.has_cause(),
+        &[SteppingSolver::up_to_where_known],
+    ),
 ];

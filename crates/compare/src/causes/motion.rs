@@ -13,7 +13,7 @@ use stickslip_system::model::system::System;
 use stickslip_system::record::sequence::SequenceEvent;
 use stickslip_system::record::{Event, NoRecorder, Recorder, RecorderError, Sample, Segment};
 
-/// As in a certificate's reruns: within 1e-12 s of exact events.
+/// The tolerance of a certificate's reruns: within 1e-12 s of exact events.
 const RTOL: f64 = 1e-12;
 /// Effort of a run: stop checks between two events, each after 256 steps or some 2 ms.
 const MOST_QUESTIONS: usize = 400;

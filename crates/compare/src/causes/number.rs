@@ -49,7 +49,7 @@ pub(super) fn is_coefficient(path: &str) -> bool {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ChangedNumber {
     /// Paths, and values in SI.
-    numbers: Numbers,
+    pub numbers: Numbers,
     /// Errors of the values, if the equations gave them.
     errors: Vec<f64>,
     told: bool,
@@ -154,6 +154,40 @@ impl ChangedNumber {
         factors.dedup_by(|a, b| (*a - *b).abs() <= 1e-12 * a.abs());
         factors.len()
     }
+
+    /// Coefficients of friction are mistaken most, then come the others, the normal force, and the radius.
+    pub fn unlikely(&self) -> usize {
+        let of = |(path, _): &(String, f64)| match path.as_str() {
+            path if path.starts_with("friction.") => 0,
+            RADIUS => 3,
+            path => 1 + usize::from(of_normal_force(path)),
+        };
+        self.numbers.iter().map(of).max().unwrap_or(0)
+    }
+
+    fn named(&self, evidence: &Evidence<'_>, explained: f64) -> Vec<OtherNumber> {
+        let each = self.numbers.iter().enumerate().map(|(k, (path, value))| {
+            let error = match self.errors.get(k) {
+                _ if self.beyond => f64::NAN,
+                Some(error) => *error,
+                // From the part of the difference that remains.
+                None => 3.0 * (value - evidence.own(path)).abs() * (1.0 - explained).max(0.0).sqrt(),
+            };
+            OtherNumber::of(evidence.case, path, *value, error)
+        });
+        each.collect()
+    }
+
+    fn found_by(&self, evidence: &Evidence<'_>) -> FoundBy {
+        let of_samples = evidence.observation.is_some();
+        match () {
+            () if self.beyond && of_samples => FoundBy::Samples,
+            () if !self.errors.is_empty() => FoundBy::Equations,
+            () if of_samples && self.numbers.iter().all(|(path, _)| path == BREAKAWAY) => FoundBy::Breakaways,
+            () if of_samples => FoundBy::Samples,
+            () => FoundBy::Events,
+        }
+    }
 }
 
 impl Cause for ChangedNumber {
@@ -183,46 +217,12 @@ impl Cause for ChangedNumber {
         self.factors(evidence)
     }
 
-    /// Coefficients of friction are mistaken most, then come the others, the normal force, and the radius.
-    fn unlikely(&self) -> usize {
-        let of = |(path, _): &(String, f64)| match path.as_str() {
-            path if path.starts_with("friction.") => 0,
-            RADIUS => 3,
-            path => 1 + usize::from(of_normal_force(path)),
-        };
-        self.numbers.iter().map(of).max().unwrap_or(0)
+    fn parameters(&self) -> Option<&ChangedNumber> {
+        Some(self)
     }
 
     fn is_told(&self) -> bool {
         self.told
-    }
-
-    fn numbers(&self) -> &[(String, f64)] {
-        &self.numbers
-    }
-
-    fn named(&self, evidence: &Evidence<'_>, explained: f64) -> Vec<OtherNumber> {
-        let each = self.numbers.iter().enumerate().map(|(k, (path, value))| {
-            let error = match self.errors.get(k) {
-                _ if self.beyond => f64::NAN,
-                Some(error) => *error,
-                // From the part of the difference that remains.
-                None => 3.0 * (value - evidence.own(path)).abs() * (1.0 - explained).max(0.0).sqrt(),
-            };
-            OtherNumber::of(evidence.case, path, *value, error)
-        });
-        each.collect()
-    }
-
-    fn found_by(&self, evidence: &Evidence<'_>) -> FoundBy {
-        let of_samples = evidence.observation.is_some();
-        match () {
-            () if self.beyond && of_samples => FoundBy::Samples,
-            () if !self.errors.is_empty() => FoundBy::Equations,
-            () if of_samples && self.numbers.iter().all(|(path, _)| path == BREAKAWAY) => FoundBy::Breakaways,
-            () if of_samples => FoundBy::Samples,
-            () => FoundBy::Events,
-        }
     }
 
     fn words(&self, _: &Search<'_>) -> (CauseKind, String) {
@@ -238,7 +238,11 @@ impl Cause for ChangedNumber {
 pub(crate) fn report(search: &Search<'_>, all: &[Tried], causes: &mut Causes) -> (CauseKind, String) {
     let evidence = search.evidence;
     let (best, judged) = (&all[0].cause, &all[0].judged);
-    let numbers = best.named(evidence, judged.explained);
+    let named = |cause: &Proposal| {
+        let parameters = cause.parameters();
+        parameters.map_or_else(Vec::new, |parameters| parameters.named(evidence, judged.explained))
+    };
+    let numbers = named(best);
     let mut or: Vec<OtherNumber> = Vec::new();
     // All coefficients of friction at once are none where one of them does.
     let is_alone = |tried: &&Tried| match tried.cause.numbers() {
@@ -250,13 +254,15 @@ pub(crate) fn report(search: &Search<'_>, all: &[Tried], causes: &mut Causes) ->
     let is_single = best.stepper().is_none() && is_one(&&all[0]);
     // Parameters that change together, such as those that follow the speed of a drive, are one alternative.
     for other in all[1..].iter().filter(|_| is_single).filter(is_one).filter(is_alone) {
-        let first = other.cause.named(evidence, judged.explained).into_iter().next();
+        let first = named(&other.cause).into_iter().next();
         let is_new = |number: &OtherNumber| numbers.iter().chain(&or).all(|known| known.path != number.path);
         or.extend(first.filter(is_new));
     }
     let events = evidence.compared_events();
     let parameters = OtherParameters {
-        found_by: best.found_by(evidence),
+        found_by: best
+            .parameters()
+            .map_or(FoundBy::Samples, |parameters| parameters.found_by(evidence)),
         numbers,
         explained: judged.explained,
         or,

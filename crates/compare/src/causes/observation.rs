@@ -413,18 +413,13 @@ impl Observation {
     }
 
     fn left_by_constants(&self) -> f64 {
-        let known: Vec<usize> = (0..self.time.len()).filter(|&row| self.known(row)).collect();
-        let squares = self
-            .values
-            .iter()
-            .zip(&self.reference)
-            .zip(&self.sizes)
-            .map(|((theirs, ours), size)| {
-                let off = || known.iter().map(|&row| (theirs[row] - ours[row]) / size);
-                let mean = off().sum::<f64>() / known.len() as f64;
-                off().map(|off| (off - mean) * (off - mean)).sum::<f64>()
-            });
-        squares.sum::<f64>() / (known.len() * self.channels.len()).max(1) as f64
+        let of_channel = |(channel, values): (usize, &Vec<f64>)| {
+            let mean = self.mean_off(channel);
+            let moved: Vec<f64> = values.iter().map(|value| value + mean).collect();
+            self.left_in(channel, &moved)
+        };
+        let each = self.reference.iter().enumerate().map(of_channel);
+        each.sum::<f64>() / self.channels.len().max(1) as f64
     }
 
     /// Differences of the candidate from a motion in one sample, in parts of the sizes.

@@ -31,7 +31,7 @@ const FEWEST_EVENTS: usize = 2;
 /// Smallest effect of rounding, in parts of the difference, to be its cause.
 const AMPLIFIED: f64 = 0.1;
 
-/// What a comparison has found before the search.
+/// Results of a comparison before the search.
 pub(crate) struct Shown<'a> {
     pub candidate: &'a Candidate,
     pub symptoms: Symptoms<'a>,
@@ -290,7 +290,7 @@ impl Search<'_> {
         let (first, others) = (&all[0], &all[1..]);
         let mut words = String::new();
         let is_number = |tried: &Tried| !tried.cause.numbers().is_empty();
-        // Of parameters, the report of the first has the alternatives.
+        // The report of the first parameter has the alternatives.
         let is_alternative = |tried: &&Tried| is_number(tried) && tried.cause.stepper().is_none();
         let mut second = others.iter().find(is_alternative).filter(|_| is_number(first));
         let mut named = vec![kind];

@@ -3,6 +3,7 @@
 use super::evidence::{Evidence, TrialStart};
 use super::judge::{ALL, CLOSE, EXACT, Judged};
 use super::kick::{Jumped, OtherKick};
+use super::number::ChangedNumber;
 use super::{ORDER, Proposal};
 use crate::Reference;
 use crate::candidate::Candidate;
@@ -61,7 +62,7 @@ pub(crate) struct Search<'a> {
 pub(crate) enum FoundCauses {
     /// Mistakes that reproduce the candidate equally well, the simplest first.
     Causes(Vec<Tried>),
-    /// No mistake, or two pairs of parameters equally well. What was tried, the closest first.
+    /// No mistake, or two pairs of parameters equally well. The mistakes that were tried, the closest first.
     Unexplained(Vec<Tried>),
 }
 
@@ -184,11 +185,11 @@ impl Search<'_> {
     /// Tries all causes in their order.
     pub fn find(&mut self) -> FoundCauses {
         let evidence = self.evidence;
-        for round in ORDER {
-            if !(round.needed)(self) {
+        for (is_needed, propose) in ORDER {
+            if !is_needed(self) {
                 continue;
             }
-            let proposals = round.propose.iter().flat_map(|propose| propose(self)).collect();
+            let proposals = propose.iter().flat_map(|propose| propose(self)).collect();
             let mut tried = self.try_all(proposals);
             let is_certain = |tried: &Tried| tried.cause.is_certain(evidence, &tried.judged);
             let certain = |tried: &&Tried| tried.is_cause(evidence) && is_certain(tried);
@@ -218,14 +219,21 @@ impl Search<'_> {
             let same = a.cause.numbers() == b.cause.numbers() && a.cause.stepper() == b.cause.stepper();
             same && !a.cause.numbers().is_empty()
         });
-        let Some(best) = tried.iter().find(|tried| tried.is_cause(evidence)).cloned() else {
+        let mut causes = tried.iter().filter(|tried| tried.is_cause(evidence));
+        let Some(best) = causes.clone().next() else {
             return FoundCauses::Unexplained(tried);
         };
+        // A state of the reference's own motion at another time is that of another clock.
+        let of_file = causes
+            .find(|tried| tried.cause.is_of_file())
+            .filter(|_| best.cause.is_state());
+        let best = of_file.unwrap_or(best).clone();
         let complexity = |tried: &Tried| tried.cause.complexity(evidence);
         let is_number = |tried: &Tried| !tried.cause.numbers().is_empty() && tried.cause.stepper().is_none();
         let as_much = |tried: &&Tried| tried.is_cause(evidence) && tried.judged.as_much_as(&best.judged);
         let mut chosen: Vec<Tried> = tried.iter().filter(as_much).cloned().collect();
-        chosen.sort_by_key(|tried| (!tried.cause.is_of_file(), complexity(tried), tried.cause.unlikely()));
+        let unlikely = |tried: &Tried| tried.cause.parameters().map_or(0, ChangedNumber::unlikely);
+        chosen.sort_by_key(|tried| (!tried.cause.is_of_file(), complexity(tried), unlikely(tried)));
         // A more complex change that explains no more is not needed.
         let of_motion = chosen.iter().filter(|tried| !tried.cause.is_of_file());
         let simplest = of_motion.map(complexity).min();
@@ -242,7 +250,7 @@ impl Search<'_> {
         FoundCauses::Causes(chosen)
     }
 
-    /// What a run with a mistake reproduces, in words.
+    /// The share that a run with a mistake explains, and its events, in words.
     pub fn outcome(&self, tried: &Tried) -> String {
         let evidence = self.evidence;
         let judged = &tried.judged;

@@ -228,7 +228,7 @@ impl Cause for Smooth {
                 speed: speed.abs(),
                 told: false,
             };
-            let play = |speed: f64| of(speed).motion(evidence, start, evidence.most_steps);
+            let play = |speed: f64, until: f64| of(speed).motion(&evidence.until(until), start, evidence.most_steps);
             let near = evidence.projected(begin, 1, &play)?;
             let cause: Proposal = Arc::new(of(fitted(evidence, near, near, &play)?));
             Some(cause)

@@ -7,8 +7,6 @@ use crate::Channel;
 use crate::reference::Physics;
 use std::cmp::Ordering;
 use stickslip_engine::simulation::Course;
-use stickslip_engine::simulation::stepping::{ExplicitStep, classical};
-use stickslip_engine::sundials::Coefficients;
 use stickslip_system::friction::Law;
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::Kick;
@@ -21,10 +19,19 @@ pub(crate) enum Scheme {
     RungeKutta,
     Midpoint,
     Trapezoid,
-    Euler,
     SymplecticEuler,
+    Euler,
     ImplicitEuler,
 }
+
+/// Name, order (`None` for an exact scheme), and a Runge-Kutta tableau: coefficients, weights and nodes.
+type SchemeRow = (
+    &'static str,
+    Option<i32>,
+    &'static [&'static [f64]],
+    &'static [f64],
+    &'static [f64],
+);
 
 impl Scheme {
     pub const ALL: [Scheme; 7] = [
@@ -37,42 +44,38 @@ impl Scheme {
         Scheme::ImplicitEuler,
     ];
 
+    fn row(self) -> SchemeRow {
+        const SIXTH: f64 = 1.0 / 6.0;
+        const CLASSICAL: [f64; 4] = [SIXTH, 2.0 * SIXTH, 2.0 * SIXTH, SIXTH];
+        match self {
+            Scheme::Exact => ("an exact method", None, &[], &[], &[]),
+            Scheme::RungeKutta => (
+                "the classical Runge-Kutta method",
+                Some(4),
+                &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]],
+                &CLASSICAL,
+                &[0.0, 0.5, 0.5, 1.0],
+            ),
+            Scheme::Midpoint => ("the midpoint method", Some(2), &[&[], &[0.5]], &[0.0, 1.0], &[0.0, 0.5]),
+            Scheme::Trapezoid => (
+                "the trapezoidal rule",
+                Some(2),
+                &[&[], &[0.5, 0.5]],
+                &[0.5, 0.5],
+                &[0.0, 1.0],
+            ),
+            Scheme::SymplecticEuler => ("the semi-implicit Euler method", Some(1), &[&[]], &[1.0], &[0.0]),
+            Scheme::Euler => ("the explicit Euler method", Some(1), &[&[]], &[1.0], &[0.0]),
+            Scheme::ImplicitEuler => ("the implicit Euler method", Some(1), &[&[1.0]], &[1.0], &[1.0]),
+        }
+    }
+
     pub fn name(self) -> &'static str {
-        match self {
-            Scheme::Exact => "an exact method",
-            Scheme::RungeKutta => "the classical Runge-Kutta method",
-            Scheme::Midpoint => "the midpoint method",
-            Scheme::Trapezoid => "the trapezoidal rule",
-            Scheme::Euler => "the explicit Euler method",
-            Scheme::SymplecticEuler => "the semi-implicit Euler method",
-            Scheme::ImplicitEuler => "the implicit Euler method",
-        }
+        self.row().0
     }
 
-    /// Order; `None` for an exact scheme.
     pub fn order(self) -> Option<i32> {
-        match self {
-            Scheme::Exact => None,
-            Scheme::RungeKutta => Some(4),
-            Scheme::Midpoint | Scheme::Trapezoid => Some(2),
-            Scheme::Euler | Scheme::SymplecticEuler | Scheme::ImplicitEuler => Some(1),
-        }
-    }
-
-    /// Coefficients, if the scheme is an explicit Runge-Kutta method.
-    fn explicit(self) -> Option<Coefficients> {
-        let of = |a: &[&[f64]], b: &[f64], c: &[f64]| Coefficients {
-            a: a.iter().map(|row| row.to_vec()).collect(),
-            b: b.to_vec(),
-            c: c.to_vec(),
-            d: b.to_vec(),
-        };
-        match self {
-            Scheme::RungeKutta => Some(classical()),
-            Scheme::Midpoint => Some(of(&[&[], &[0.5]], &[0.0, 1.0], &[0.0, 0.5])),
-            Scheme::Euler => Some(of(&[&[]], &[1.0], &[0.0])),
-            _ => None,
-        }
+        self.row().1
     }
 
     pub fn is_low(self) -> bool {
@@ -137,11 +140,25 @@ struct SteppedMotion<'a> {
     mode: Mode,
     t: f64,
     y: Vec<f64>,
-    explicit: Option<ExplicitStep<Vec<f64>>>,
-    scratch: [Vec<f64>; 3],
+    stages: Vec<Vec<f64>>,
 }
 
-impl SteppedMotion<'_> {
+impl<'a> SteppedMotion<'a> {
+    fn new(physics: &'a Physics, (from, y): (f64, &[f64])) -> SteppedMotion<'a> {
+        SteppedMotion {
+            physics,
+            smooth: None,
+            even: false,
+            course: physics.course(),
+            reading: physics.course(),
+            expanded: None,
+            mode: Mode::Separated,
+            t: from,
+            y: y.to_vec(),
+            stages: Vec::new(),
+        }
+    }
+
     fn velocity(&self) -> f64 {
         self.physics
             .system()
@@ -234,45 +251,50 @@ impl SteppedMotion<'_> {
     /// A step of `h`, s; `false` if it fails.
     fn step(&mut self, scheme: Scheme, h: f64) -> bool {
         let t = self.t;
-        let mut arrived = true;
-        if let Some(mut method) = self.explicit.take() {
-            method.take(t, &self.y, h, |t, y, rates| self.rates(t, y, rates));
-            self.y.copy_from_slice(&method.solution);
-            self.explicit = Some(method);
-        } else if scheme == Scheme::Exact {
-            arrived = self.exact(t + h);
-        } else {
-            let [mut a, mut b, mut at] = std::mem::take(&mut self.scratch);
-            a.resize(self.y.len(), 0.0);
-            b.resize(self.y.len(), 0.0);
-            self.rates(t, &self.y, &mut a);
-            at.clear();
-            at.extend(self.y.iter().zip(&a).map(|(y, a)| y + h * a));
-            if scheme == Scheme::SymplecticEuler {
-                // Twists follow the rates at the end of the step.
-                for rate in self.physics.system().twist_rates() {
-                    at[rate - 1] += h * h * a[rate];
-                }
-            } else {
-                let new = if scheme == Scheme::Trapezoid { 0.5 } else { 1.0 };
-                for _ in 0..MOST_ITERATIONS {
-                    self.rates(t + h, &at, &mut b);
-                    let mut change = 0.0f64;
-                    for (k, at) in at.iter_mut().enumerate() {
-                        let next = self.y[k] + h * (new * b[k] + (1.0 - new) * a[k]);
-                        change = change.max((next - *at).abs() / (1e-300 + next.abs()));
-                        *at = next;
-                    }
-                    if change < 1e-15 {
-                        break;
-                    }
-                }
-            }
-            self.y.copy_from_slice(&at);
-            self.scratch = [a, b, at];
+        let (_, order, coefficients, weights, nodes) = scheme.row();
+        let arrived = order.is_some() || self.exact(t + h);
+        let mut stages = std::mem::take(&mut self.stages);
+        stages.resize(weights.len() + 2, vec![0.0; self.y.len()]);
+        let (spare, stages_of_step) = stages.split_at_mut(2);
+        let [at, new] = spare else { return false };
+        let is_implicit = coefficients.iter().enumerate().any(|(stage, row)| row.len() > stage);
+        if is_implicit {
+            self.rates(t, &self.y, at);
+            stages_of_step.iter_mut().for_each(|stage| stage.copy_from_slice(at));
         }
+        for _ in 0..if is_implicit { MOST_ITERATIONS } else { 1 } {
+            let mut change = 0.0f64;
+            for (number, (row, node)) in coefficients.iter().zip(nodes).enumerate() {
+                at.copy_from_slice(&self.y);
+                add(at, h, row, stages_of_step);
+                self.rates(t + node * h, at, new);
+                let pairs = stages_of_step[number].iter().zip(&*new);
+                change = pairs.fold(change, |change, (old, new)| {
+                    change.max((new - old).abs() / (1e-300 + new.abs()))
+                });
+                stages_of_step[number].copy_from_slice(new);
+            }
+            if change < 1e-15 {
+                break;
+            }
+        }
+        add(&mut self.y, h, weights, stages_of_step);
+        if scheme == Scheme::SymplecticEuler {
+            // Twists follow the rates at the end of the step.
+            for rate in self.physics.system().twist_rates() {
+                self.y[rate - 1] += h * h * stages_of_step[0][rate];
+            }
+        }
+        self.stages = stages;
         self.t = t + h;
         arrived && self.y.iter().all(|y| y.is_finite())
+    }
+}
+
+/// Adds the sum of the stages, times `h` and their weights, to a state.
+fn add(y: &mut [f64], h: f64, weights: &[f64], stages: &[Vec<f64>]) {
+    for (weight, stage) in weights.iter().zip(stages).filter(|(weight, _)| **weight != 0.0) {
+        y.iter_mut().zip(stage).for_each(|(y, rate)| *y += h * weight * rate);
     }
 }
 
@@ -293,19 +315,8 @@ pub(crate) fn creeping(
     let rate = system.law.coefficient(0.0) * system.radius * physics.course.largest_force() * per_torque / smooth.1;
     let longest = (SHORT / rate).min(SHORT / physics.course.fastest_rate());
     let mut motion = SteppedMotion {
-        physics,
         smooth: Some(smooth),
-        even: false,
-        course: physics.course(),
-        reading: physics.course(),
-        expanded: None,
-        mode: Mode::Separated,
-        t: from,
-        y: y.to_vec(),
-        explicit: Scheme::RungeKutta
-            .explicit()
-            .map(|method| ExplicitStep::new(method, y.to_vec())),
-        scratch: Default::default(),
+        ..SteppedMotion::new(physics, (from, y))
     };
     let times = observation.time.iter().copied();
     if (times.clone().last()? - from) / longest > MOST_SHORT_STEPS {
@@ -417,6 +428,10 @@ impl Stepper {
         }
     }
 
+    pub fn is_variant(&self) -> bool {
+        self.strict || self.even
+    }
+
     /// The motion from a time (s) and a state to a time: its events, and the first `rows` samples of an observation.
     /// With `usize::MAX` rows it ends once it is far from the candidate. `None` if the contact opens or the motion does
     /// not finish.
@@ -439,25 +454,11 @@ impl Stepper {
         }
         let system = physics.system();
         let mut motion = SteppedMotion {
-            physics,
-            smooth: None,
             even: self.even,
-            course: physics.course(),
-            reading: physics.course(),
-            expanded: None,
-            mode: Mode::Stick,
-            t: from,
-            y: y.to_vec(),
-            explicit: self
-                .scheme
-                .explicit()
-                .map(|method| ExplicitStep::new(method, y.to_vec())),
-            scratch: Default::default(),
+            ..SteppedMotion::new(physics, (from, y))
         };
-        let kicks = kicks.iter();
-        let mut kicks: Vec<&Kick> = kicks
-            .filter(|kick| kick.time.at().is_some_and(|time| *time > from))
-            .collect();
+        let later = |kick: &&Kick| kick.time.at().is_some_and(|time| *time > from);
+        let mut kicks: Vec<&Kick> = kicks.iter().filter(later).collect();
         kicks.sort_by(|a, b| a.time.at().partial_cmp(&b.time.at()).unwrap_or(Ordering::Equal));
         let torque = |t: f64, y: &[f64]| system.tested_torque(&physics.course.outside(t), y);
         let mode = |motion: &SteppedMotion<'_>| -> Option<Mode> {
@@ -584,14 +585,8 @@ impl Stepper {
         let end = if self.shows_before { 1.0 + 1e-9 } else { 1.0 - 1e-9 };
         let is_inside = |time: f64| time < from + length * end;
         while let Some(time) = rows.next().filter(|time| is_inside(*time)) {
-            if !go(
-                motion,
-                if time - from > 1e-9 * self.step {
-                    time - from
-                } else {
-                    0.0
-                },
-            ) {
+            let since = Some(time - from).filter(|since| *since > 1e-9 * self.step);
+            if !go(motion, since.unwrap_or(0.0)) {
                 return None;
             }
             rows.read(motion);

@@ -4,8 +4,7 @@ use super::evidence::Evidence;
 use super::fit::fitted;
 use super::judge::{ALL, CLOSE, Judged, OF_FITTED};
 use super::motion::Played;
-use super::number;
-use super::parameters::{FoundBy, OtherNumber};
+use super::number::{self, ChangedNumber};
 use super::search::{Search, Tried};
 use super::stepper::{Scheme, Stepper, Stop};
 use super::{Cause, Causes, Proposal};
@@ -49,37 +48,42 @@ const DECADES: i32 = 4;
 const NEAR: f64 = 0.125;
 
 impl Evidence<'_> {
-    fn variants(&self, stepper: Stepper) -> Vec<Stepper> {
-        // The end of each step is a sample, or there are several between two samples.
+    /// Solvers with a step that ends at each sample, or with several steps between two samples. At the end of a step a sample may show
+    /// either side of an event.
+    fn possible(&self, steppers: impl IntoIterator<Item = Stepper>) -> Vec<Stepper> {
         let longest = self
             .observation
             .map_or(f64::INFINITY, |seen| seen.interval.unwrap_or(seen.spacing));
-        match stepper.located {
-            _ if stepper.step > LONGER * longest => Vec::new(),
-            true => vec![stepper],
-            false => {
-                let stricts: &[bool] = match stepper.stop {
-                    Stop::Within(band) | Stop::Frozen(band) if band > 0.0 => &[false, true],
-                    _ => &[false],
-                };
-                // The variant matters if a step is long, or if a slip begins with a remaining speed.
-                let matters = stepper.step * LONG > self.period || matches!(stepper.stop, Stop::Frozen(_));
-                let evens: &[bool] = match stepper.scheme.order() {
-                    Some(_) if matters => &[false, true],
-                    _ => &[false],
-                };
-                let each = stricts.iter().flat_map(|&strict| [(strict, false), (strict, true)]);
-                let each =
-                    each.flat_map(|(strict, shows_before)| evens.iter().map(move |&even| (strict, shows_before, even)));
-                each.map(|(strict, shows_before, even)| Stepper {
-                    shows_before,
-                    strict,
-                    even,
-                    ..stepper
-                })
-                .collect()
-            }
-        }
+        let steppers = steppers.into_iter().filter(|stepper| stepper.step <= LONGER * longest);
+        let sides = |stepper: Stepper| if stepper.located { &[false][..] } else { &[false, true] };
+        let each = steppers.flat_map(|stepper| {
+            let sides = sides(stepper).iter();
+            sides.map(move |&shows_before| Stepper {
+                shows_before,
+                ..stepper
+            })
+        });
+        each.collect()
+    }
+
+    /// Variants of a solver by its handling of an event.
+    fn variants(&self, stepper: Stepper) -> Vec<Stepper> {
+        let has_band = matches!(stepper.stop, Stop::Within(band) | Stop::Frozen(band) if band > 0.0);
+        // The law in a step through zero matters if a step is long, or if a slip begins with a remaining speed.
+        let matters = stepper.step * LONG > self.period || matches!(stepper.stop, Stop::Frozen(_));
+        let with_law = stepper.scheme.order().is_some() && matters;
+        let stricts = if has_band { &[false, true][..] } else { &[false] };
+        let evens = if with_law { &[false, true][..] } else { &[false] };
+        let each = stricts
+            .iter()
+            .flat_map(|&strict| evens.iter().map(move |&even| (strict, even)));
+        each.filter(|_| !stepper.located)
+            .map(|(strict, even)| Stepper {
+                strict,
+                even,
+                ..stepper
+            })
+            .collect()
     }
 
     fn stepped(&self, stepper: &Stepper, rows: usize) -> Option<Played> {
@@ -100,8 +104,10 @@ impl Evidence<'_> {
         Some(played)
     }
 
-    fn shown(&self) -> usize {
-        self.observation.map_or(0, |seen| seen.time.len())
+    /// Number of samples up to a time, s.
+    fn shown(&self, until: f64) -> usize {
+        self.observation
+            .map_or(0, |seen| seen.time.partition_point(|time| *time <= until))
     }
 
     fn interval(&self) -> Option<f64> {
@@ -146,7 +152,7 @@ impl Evidence<'_> {
             .map_or(f64::INFINITY, |interval| interval)
             .min(self.period / fine(order));
         let window = self.window(&self.reference());
-        let play = |step: f64| self.stepped(&Stepper::new(scheme, located, step), window);
+        let play = |step: f64, _: f64| self.stepped(&Stepper::new(scheme, located, step), window);
         let Some(step) = self.projected(begin, order, &play) else {
             return Vec::new();
         };
@@ -167,38 +173,34 @@ impl Evidence<'_> {
         near
     }
 
+    /// Exact and classical solvers with steps of these lengths and sticks of these kinds.
+    fn with_stops(&self, lengths: &[f64], stops: &[Stop]) -> Vec<Stepper> {
+        let schemes = [Scheme::Exact, Scheme::RungeKutta].into_iter();
+        let each = schemes.flat_map(|scheme| lengths.iter().map(move |&step| Stepper::new(scheme, false, step)));
+        each.flat_map(|stepper| stops.iter().map(move |&stop| Stepper { stop, ..stepper }))
+            .collect()
+    }
+
     fn steppers(&self, tolerances: &[f64], breakaway: Option<f64>) -> Vec<Stepper> {
-        let lengths = self.lengths();
-        let mut all = Vec::new();
-        for scheme in [Scheme::Exact, Scheme::RungeKutta] {
-            for &step in &lengths {
-                all.push(Stepper::new(scheme, false, step));
-                all.push(Stepper {
-                    late_slips: true,
-                    ..Stepper::new(scheme, true, step)
-                });
-                for &tolerance in tolerances.iter().chain([&0.0]) {
-                    for stop in [Stop::Within(tolerance), Stop::Frozen(tolerance)] {
-                        if stop == Stop::Within(0.0) {
-                            continue;
-                        }
-                        all.push(Stepper {
-                            stop,
-                            ..Stepper::new(scheme, false, step)
-                        });
-                    }
-                }
-                // Torques at the ends of steps exceed the limit; the intended limit is a round number.
-                let near = breakaway
-                    .into_iter()
-                    .flat_map(|share| [share, (100.0 * share).round() / 100.0]);
-                all.extend(near.filter(|share| *share != 1.0).map(|breakaway| Stepper {
-                    breakaway,
-                    ..Stepper::new(scheme, false, step)
-                }));
-            }
-        }
-        all.into_iter().flat_map(|stepper| self.variants(stepper)).collect()
+        let of_tolerances = tolerances
+            .iter()
+            .flat_map(|&speed| [Stop::Within(speed), Stop::Frozen(speed)]);
+        let stops: Vec<Stop> = [Stop::Sign, Stop::Frozen(0.0)]
+            .into_iter()
+            .chain(of_tolerances)
+            .collect();
+        let plain = self.with_stops(&self.lengths(), &[Stop::Sign]);
+        let late_slips = plain.iter().map(|stepper| Stepper {
+            located: true,
+            late_slips: true,
+            ..*stepper
+        });
+        // Torques at the ends of steps exceed the limit; the intended limit is a round number.
+        let shares = breakaway.map(|share| [share, (100.0 * share).round() / 100.0]);
+        let shares = shares.into_iter().flatten().filter(|share| *share != 1.0);
+        let shares = shares.flat_map(|breakaway| plain.iter().map(move |stepper| Stepper { breakaway, ..*stepper }));
+        let at_ends = self.with_stops(&self.lengths(), &stops).into_iter();
+        self.possible(at_ends.chain(late_slips).chain(shares))
     }
 
     /// Typical velocity tolerances for the candidate's own steps. They are needed if no sample shows a speed at a
@@ -211,20 +213,11 @@ impl Evidence<'_> {
         let largest = SLOW * self.physics.speed();
         let power = 10f64.powf(largest.log10().floor());
         let digits = (0..DECADES).flat_map(|decade| USUAL.map(|digit| digit * power * 0.1f64.powi(decade)));
-        let bands: Vec<f64> = digits.filter(|band| *band <= largest).collect();
-        let stops = bands.iter().flat_map(|&band| [Stop::Within(band), Stop::Frozen(band)]);
-        let stops: Vec<Stop> = stops.collect();
-        let mut all = Vec::new();
-        for scheme in [Scheme::Exact, Scheme::RungeKutta] {
-            for &step in &lengths {
-                let each = stops.iter().map(|&stop| Stepper {
-                    stop,
-                    ..Stepper::new(scheme, false, step)
-                });
-                all.extend(each.flat_map(|stepper| self.variants(stepper)));
-            }
-        }
-        all
+        let bands = digits.filter(|band| *band <= largest);
+        let stops: Vec<Stop> = bands
+            .flat_map(|band| [Stop::Within(band), Stop::Frozen(band)])
+            .collect();
+        self.possible(self.with_stops(&lengths, &stops))
     }
 
     fn methods(&self) -> Vec<Stepper> {
@@ -240,8 +233,7 @@ impl Evidence<'_> {
             if !located {
                 steps.extend(&lengths);
             }
-            let each = steps.into_iter().map(|step| Stepper::new(scheme, located, step));
-            each.flat_map(|stepper| self.variants(stepper)).collect::<Vec<_>>()
+            self.possible(steps.into_iter().map(|step| Stepper::new(scheme, located, step)))
         });
         found.into_iter().flatten().collect()
     }
@@ -298,6 +290,7 @@ const PARTED: f64 = 1e-3;
 /// Fewest events of such a run after the candidate has departed from the reference.
 const FEWEST_EVENTS_KNOWN: usize = 2;
 const CLOSEST_STEPPERS: usize = 8;
+const CLOSEST_VARIANTS: usize = 16;
 /// Number of parameters that are tried together with steps.
 const CLOSEST: usize = 2;
 
@@ -360,7 +353,7 @@ impl SteppingSolver {
                 },
                 ..Stepper::new(Scheme::Exact, true, step)
             };
-            let play = |speed: f64| evidence.stepped(&of(speed), evidence.shown());
+            let play = |speed: f64, until: f64| evidence.stepped(&of(speed), evidence.shown(until));
             let speed = if speed == least {
                 evidence.projected(speed, 1, &play)?
             } else {
@@ -369,6 +362,19 @@ impl SteppingSolver {
             Some(of(fitted(evidence, speed, speed, &play)?))
         });
         proposals(found.into_iter().flatten())
+    }
+
+    /// Variants of the solvers that stay close to the candidate longest.
+    pub fn variants_of_closest(search: &Search<'_>) -> Vec<Proposal> {
+        let evidence = search.evidence;
+        let steppers = search.tried.iter().filter(|tried| tried.cause.numbers().is_empty());
+        let steppers = steppers.filter_map(|tried| Some((tried.close, *tried.cause.stepper()?)));
+        let mut close: Vec<(usize, Stepper)> = steppers.filter(|(_, stepper)| !stepper.is_variant()).collect();
+        close.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
+        let closest = close.into_iter().take(CLOSEST_VARIANTS);
+        let variants = closest.flat_map(|(_, stepper)| evidence.variants(stepper));
+        let is_new = |stepper: &Stepper| search.tried.iter().all(|tried| tried.cause.stepper() != Some(stepper));
+        proposals(variants.filter(|stepper| stepper.is_variant() && is_new(stepper)))
     }
 
     /// Methods of low order, each with the steps that its error shows, and with those of the samples.
@@ -553,24 +559,8 @@ impl Cause for SteppingSolver {
         3 + self.with.as_ref().map_or(0, |with| with.complexity(evidence))
     }
 
-    fn unlikely(&self) -> usize {
-        self.with.as_ref().map_or(0, |with| with.unlikely())
-    }
-
-    fn numbers(&self) -> &[(String, f64)] {
-        self.with.as_ref().map_or(&[], |with| with.numbers())
-    }
-
-    fn named(&self, evidence: &Evidence<'_>, explained: f64) -> Vec<OtherNumber> {
-        self.with
-            .as_ref()
-            .map_or_else(Vec::new, |with| with.named(evidence, explained))
-    }
-
-    fn found_by(&self, evidence: &Evidence<'_>) -> FoundBy {
-        self.with
-            .as_ref()
-            .map_or(FoundBy::Samples, |with| with.found_by(evidence))
+    fn parameters(&self) -> Option<&ChangedNumber> {
+        self.with.as_ref()?.parameters()
     }
 
     fn stepper(&self) -> Option<&Stepper> {
