@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Names that each crate has for itself.
-const PER_CRATE: [&str; 2] = ["Error", "Options"];
+const PER_CRATE: [&str; 3] = ["Error", "ErrorKind", "Options"];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -25,14 +25,14 @@ enum Filing {
     /// Speeds are by this time (s) later than their rows.
     HalfStep(f64),
     /// The mean of so many samples.
-    Average(usize, Place),
+    Average(usize, MeanPlace),
     /// Filtered with a corner frequency, Hz; forward and backward, which delays nothing, if so.
     LowPass(Filter, bool, f64),
 }
 
 /// Place of the samples of a mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
+enum MeanPlace {
     /// They end at the row.
     Last,
     /// The row is the middle one, or behind the middle.
@@ -185,14 +185,14 @@ impl EvenRows {
     }
 
     /// Means by the sums of the rows of each channel, from the first row that is known.
-    fn averaged(&self, sums: &[(usize, Vec<f64>)], count: usize, place: Place) -> ObservedValues {
-        let after = if place == Place::Last { 0 } else { (count - 1) / 2 };
+    fn averaged(&self, sums: &[(usize, Vec<f64>)], count: usize, place: MeanPlace) -> ObservedValues {
+        let after = if place == MeanPlace::Last { 0 } else { (count - 1) / 2 };
         let of_channel = |(known, sums): &(usize, Vec<f64>)| {
             // NaN if not all of the rows are known.
             let mean = |&row: &usize| {
                 let mut end = (row + after + 1).checked_sub(*known)?;
                 let mut begin = end.checked_sub(count);
-                if place == Place::Padded {
+                if place == MeanPlace::Padded {
                     end = end.min(sums.len() - 1);
                     begin = Some(begin.unwrap_or(0).max(self.before.saturating_sub(*known)));
                 }
@@ -351,8 +351,8 @@ impl FiledRows {
     fn average(evidence: &Evidence<'_>, rows: &EvenRows, plain: &ObservedValues) -> Option<FiledRows> {
         let seen = evidence.observation?;
         let sums = rows.sums();
-        let left = |count: usize, place: Place| closer(seen, plain, &rows.averaged(&sums, count, place));
-        let best = |counts: Vec<usize>, places: &[Place]| {
+        let left = |count: usize, place: MeanPlace| closer(seen, plain, &rows.averaged(&sums, count, place));
+        let best = |counts: Vec<usize>, places: &[MeanPlace]| {
             let each = counts
                 .into_iter()
                 .flat_map(|count| places.iter().map(move |&place| (count, place)));
@@ -362,7 +362,7 @@ impl FiledRows {
         };
         // Large numbers are tried at intervals, then those around the best.
         let next = |count: &usize| Some((count + 1).max(count * 17 / 16)).filter(|count| *count <= MOST_AVERAGED);
-        let places = [Place::Last, Place::Middle, Place::Padded];
+        let places = [MeanPlace::Last, MeanPlace::Middle, MeanPlace::Padded];
         let (_, about, place, _) = best(std::iter::successors(Some(2), next).collect(), &places)?;
         let near = about - about / 16..=(about + about / 16).min(MOST_AVERAGED);
         let (_, count, place, which) = best(near.collect(), &[place])?;
@@ -524,9 +524,9 @@ impl Cause for FiledRows {
             }
             Filing::Average(count, place) => {
                 let place = match place {
-                    Place::Last => "which ends at the row",
-                    Place::Middle => "centred at the row",
-                    Place::Padded => "centred at the row, with zeros beyond the ends of the file",
+                    MeanPlace::Last => "which ends at the row",
+                    MeanPlace::Middle => "centred at the row",
+                    MeanPlace::Padded => "centred at the row, with zeros beyond the ends of the file",
                 };
                 (
                     CauseKind::MovingAverage,
