@@ -44,6 +44,22 @@ fn multiprecision_long_every_pair_finds_every_event_of_paper_si() {
     every_pair_finds_every_event(&[], 1e-7);
 }
 
+/// Three more digits of the tolerance give more than one more digit of the events.
+#[test]
+fn multiprecision_a_smaller_tolerance_is_more_accurate() {
+    let truth = truth("si-kick");
+    let method = Method::from_name("erk-dormand-prince-54").unwrap();
+    let [loose, tight] = [1e-6, 1e-9].map(|rtol| {
+        let (recorder, _) = run(
+            &truth.parameters,
+            &solver(method, rtol),
+            &output(truth.end_time, truth.end_time),
+        );
+        largest_event_error(&truth, &recorder)
+    });
+    assert!(tight < 0.1 * loose, "{loose:e} and {tight:e}");
+}
+
 fn study(text: &str) -> PrecisionStudy {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let path = Some(folder.join("study.toml"));

@@ -8,6 +8,7 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::model::system::Pressing;
 use stickslip::oracle::{self, ExactDouble, OracleReport, OracleRequest, rational};
+use stickslip::record::EventKind;
 
 /// The truth of a case, and the oracle's run of its built-in case.
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {
@@ -113,6 +114,16 @@ fn multiprecision_twice_the_digits_give_the_truth_files() {
         println!("{case}: 33 digits against 66: {least:.1} digits of times");
         assert!(least > times);
     }
+}
+
+/// 13 digits are too few: their rounding grows into stick-slip, as do the 33 digits of the truth file's method. (Asked
+/// for 33, the oracle computes with words that hold more.)
+#[test]
+#[ignore = "for the other checks; the default ones have the same run with 70 digits"]
+fn multiprecision_unperturbed_is_noise_to_13_digits() {
+    let (_, report) = solved("unperturbed", "si-unperturbed", 13);
+    let sticks = report.events.iter().filter(|e| e.kind == EventKind::Stick).count();
+    assert!(sticks > 1, "{sticks}");
 }
 
 /// The digits that a solution claims are true, however little is known of the growth beforehand. Events by a run with

@@ -6,11 +6,12 @@ use num_rational::BigRational;
 use num_traits::Zero;
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
+use std::time::Duration;
 use stickslip::model::system::{
     Bristles, ContactLaw, End, ExactSystem, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train,
 };
 use stickslip::model::{BreakawayTest, ExactLaw, KickTime, Mode, nearest_double};
-use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleState, rational};
+use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRequest, OracleState, rational};
 use stickslip::record::EventKind::{
     self, Contact, Corner, Destabilised, Restabilised, Reversal, Separation, Slip, Stick,
 };
@@ -1051,6 +1052,52 @@ fn analytic_bristles_let_go() {
 }
 
 // Digits that the runs claim.
+
+fn stiff_pair() -> ExactSystem {
+    let drive = Drive::Wave(Wave {
+        mean: r("1"),
+        ..cosine("0.4", Frequency::Cycles(r("0.3")))
+    });
+    let rotor = train(&["0.5", "2"], &["300", "40"], &["0.1", "0.5"], End::Driven(drive));
+    let mut stator = train(&["0.4", "1"], &["200", "900"], &["0.05", "0.1"], End::Fixed);
+    stator.viscous = list(&["0.01", "0.2"]);
+    let law = law("stribeck low_speed=0.5 high_speed=0.3 scale=0.3 exponent=2 viscous=0.01");
+    let mut pair = problem(rotor, stator, value("100"), "0.6", law);
+    pair.radius = r("0.3");
+    pair.initial.rotor_speed = list(&["1", "1"]);
+    pair
+}
+
+/// With more digits every event keeps its place; the claims of a solution are true for a run with more digits.
+#[test]
+fn multiprecision_more_digits_change_nothing() {
+    let mut engaged = stiff_pair();
+    engaged.contact = regularised(Smoothing::Tanh, "0.02");
+    for parameters in [stiff_pair(), engaged] {
+        let request = OracleRequest {
+            digits: 25,
+            growth: 5.0,
+            end_time: r("6"),
+            longest: Duration::from_secs(3600),
+            threshold: threshold(&parameters),
+            ..OracleRequest::default()
+        };
+        let solution = oracle::solve(&parameters, &request, &()).unwrap();
+        let finer = run(&parameters, solution.digits_computed + 20, "6");
+        println!(
+            "{} events, {} digits, {:.2} s",
+            finer.events.len(),
+            solution.digits,
+            solution.seconds
+        );
+        assert!(finer.events.len() > 4);
+        assert_eq!(kinds(&finer), kinds(&solution.report));
+        for (index, (found, exact)) in solution.report.events.iter().zip(&finer.events).enumerate() {
+            assert!(found.time.minus(&exact.time).abs() <= solution.errors[index]);
+            assert!(solution.digits_of_event(index) >= 25);
+        }
+    }
+}
 
 /// The same system from the other side: rotor and stator exchanged, and every speed and torque reversed.
 fn mirrored(problem: &ExactSystem) -> ExactSystem {

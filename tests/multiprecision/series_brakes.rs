@@ -1,7 +1,7 @@
 //! `series` at the default tolerance against the oracle, on the random brakes of the certificates, and on brakes whose
 //! force is a table that releases and grips again, with mu_0 above mu_s.
 //!
-//! The measure is the limit of double precision, by the linearised run (crates/engine/src/hybrid/rounding.rs). A
+//! The measure is the limit of double precision, by the linearised run (crates/engine/src/simulation/rounding.rs). A
 //! method may add a few times that by its own arithmetic; the promise is a hundred times. The median shows that the
 //! measure is not too generous: there `series` must lose at least a hundredth of it.
 

@@ -120,7 +120,6 @@ fn multiprecision_certificates_cover_errors_that_all_methods_share() {
 fn multiprecision_slow_manifold_knows_its_error() {
     let (mut unsettled, mut widest) = (0, 0.0_f64);
     for (decay, damping) in [
-        ("3.5", "22.606"),
         ("20", "22.606"),
         ("40", "22.606"),
         ("70", "50"),
