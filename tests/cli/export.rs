@@ -235,7 +235,7 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
         ),
         (&["run.h5", "-o", "-", "--format", "npz"], "a file only"),
         (&["run.h5", "-o", "-", "--json"], "leave one of them out"),
-        (&["run.h5", "-o", "none/x.csv"], "the folder does not exist"),
+        (&["run.h5", "-o", "none/x.csv"], "the folder none does not exist"),
         (
             &["run.h5", "-o", "x.csv", "--table", "stick_slip", "--window", "1:2"],
             "have none",

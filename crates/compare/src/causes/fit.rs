@@ -194,7 +194,7 @@ pub(crate) fn least_squares<S: AsRef<[f64]>>(slopes: &[S], now: &[f64]) -> Optio
 }
 
 /// The motion with changed parameters (keys and values in SI), up to a time (s).
-type Rerun<'a> = dyn Fn(&[(String, f64)], f64) -> Option<Played> + Sync + 'a;
+type Replay<'a> = dyn Fn(&[(String, f64)], f64) -> Option<Played> + Sync + 'a;
 
 /// Number of parameters, and of pairs, that are fitted completely after the first window.
 const CLOSEST: usize = 12;
@@ -204,7 +204,7 @@ const CLOSEST_PAIRS: usize = 6;
 /// `unknown`. `base` is the motion without changes; `guesses` are initial values of single parameters.
 pub(super) fn closest(
     evidence: &Evidence<'_>,
-    play: &Rerun<'_>,
+    play: &Replay<'_>,
     base: &Played,
     unknown: &[Unknown],
     pairs: bool,
