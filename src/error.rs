@@ -155,12 +155,13 @@ impl From<ResultError> for Error {
             Reason::NotAResult(_) | Reason::Newer { .. } | Reason::AnotherKind(_) => ErrorKind::AnotherKind,
             _ => ErrorKind::Input,
         };
-        let place = FailurePlace {
-            file: Some(error.path.display().to_string()),
+        let file = Some(error.path.display().to_string()).filter(|path| !path.is_empty());
+        let place = file.map(|file| FailurePlace {
+            file: Some(file),
             ..FailurePlace::default()
-        };
+        });
         Error {
-            places: vec![place],
+            places: place.into_iter().collect(),
             ..Error::new(kind, error)
         }
     }

@@ -18,8 +18,8 @@ use stickslip_analysis::calibrate::{CALIBRATIONS, Calibration, CalibrationRun, C
 use stickslip_analysis::continuation::{CONTINUATIONS, Continuation, ContinuationStudy};
 use stickslip_analysis::sweep::{STUDIES, Shard, Study, StudySource, Sweep, journal_path};
 use stickslip_engine::workers::processors;
-use stickslip_files::Reason;
 use stickslip_files::disk::same_file;
+use stickslip_files::{Reason, check_target};
 
 /// Environment variables with the number of MPI processes, of Open MPI and of MPICH and its relatives.
 const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
@@ -216,8 +216,9 @@ fn write_case(output: &Output, study: &CalibrationStudy, calibration: &Calibrati
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, Error> {
     let study = PrecisionStudy::parse(StudySource::find(&options.study, work_precision::STUDIES)?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, None);
-    // Everything is checked before minutes of computation.
+    // Everything is checked before minutes of computation, and before a folder is made.
     let stop = interrupt_flag()?;
+    check_target(&path, overwrite(options.force), &study.head.files)?;
     let names = signature::source(std::slice::from_ref(&path));
     let figures = options.figure.as_deref();
     let figures = figures.map(|folder| figure_outputs(folder, options.force, &study.head.files, &names));

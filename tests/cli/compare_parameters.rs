@@ -135,6 +135,16 @@ fn cli_long_another_breakaway_is_named_with_its_coefficient() {
 }
 
 #[test]
+fn cli_a_right_solver_is_not_told_another_number() {
+    let (c, text) = solved(|_, _| {});
+    assert!(
+        c.get("parameters").is_none() && c.get("kick").is_none() && c.get("clock").is_none(),
+        "{text}"
+    );
+    assert_eq!(c["causes"], Value::Array(Vec::new()));
+}
+
+#[test]
 #[ignore = "long: three solvers, each compared to the end"]
 fn cli_long_a_solver_whose_steps_or_method_are_at_fault_is_not_told_another_number() {
     let (start, _, state) = kick();

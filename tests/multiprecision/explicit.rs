@@ -38,6 +38,15 @@ fn every_pair_finds_every_event(settings: &[&str], second: f64) {
     }
 }
 
+/// A stop from 7 rad/s, with the same sticks and slips as one from 100 rad/s and a tenth of the sliding before them.
+#[test]
+#[ignore = "long: all 23 pairs"]
+fn multiprecision_long_every_pair_finds_every_event() {
+    let kick = "perturbation=[{time=\"instability\", relative_velocity=1e-4}]";
+    let output = "output={end_time=0.6, interval=0.6}";
+    every_pair_finds_every_event(&["initial.speed=7", "actuation.rise_time=0.01", kick, output], 1e-6);
+}
+
 #[test]
 #[ignore = "long: all 23 pairs"]
 fn multiprecision_long_every_pair_finds_every_event_of_paper_si() {

@@ -126,6 +126,25 @@ fn multiprecision_unperturbed_is_noise_to_13_digits() {
     assert!(sticks > 1, "{sticks}");
 }
 
+/// With 50 digits instead of 33 every event keeps its place. The arithmetic has 38 digits, and a perturbation that
+/// grows by e^14 takes six: 30 remain.
+#[test]
+fn multiprecision_more_digits_change_nothing() {
+    let source = CaseSource::built_in("release").unwrap();
+    let [coarse, fine] = [33, 50].map(|digits| exact_events(&source, &[], 1.2, digits));
+    assert_eq!(coarse.len(), fine.len());
+    for (a, b) in coarse.iter().zip(&fine) {
+        let exact = b.time.to_rational().expect("finite");
+        let scale = exact.clone().max(rational("0.1").unwrap());
+        let name = b.kind.name();
+        assert!(
+            a.kind == b.kind && digits(&a.time, &exact, &scale) > 30.0,
+            "{name} at {}",
+            b.time.to_decimal(20)
+        );
+    }
+}
+
 /// The digits that a solution claims are true, however little is known of the growth beforehand. Events by a run with
 /// twenty more digits are within the stated errors, which are not much larger than the differences.
 fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32) -> u32 {

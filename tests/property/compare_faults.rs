@@ -162,3 +162,14 @@ fn property_units_are_recognised() {
     let c = compare(&write(&folder, "ms.csv", &events_csv(&word)), &Mapping::default());
     assert!(c.verdict.contains("time looks like ms"), "{}", c.verdict);
 }
+
+#[test]
+fn property_another_case_is_named_by_its_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.h5");
+    run(&other, "paper", &["friction.decay=4.9"]);
+    let c = compare(&other, &Mapping::default());
+    assert_eq!(causes(&c).first(), Some(&CauseKind::AnotherCase));
+    assert_eq!(c.case_differences.len(), 1);
+    assert_eq!(c.case_differences[0].key, "friction.decay");
+}

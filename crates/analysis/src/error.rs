@@ -65,8 +65,12 @@ impl Error {
 /// `None` instead of a failure. An interruption stays an error.
 pub(crate) fn attempt<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
     match result {
+        Ok(value) => Ok(Some(value)),
         Err(error) if error.is_interrupted() => Err(error),
-        result => Ok(result.ok()),
+        Err(error) => {
+            log::debug!("{error}");
+            Ok(None)
+        }
     }
 }
 

@@ -309,6 +309,11 @@ impl<'a> BranchFollower<'a> {
                 return Ok(found);
             }
             let cosine = scaled(ray.local, &next.direction).dot(&along);
+            log::debug!(
+                "at {:?}: step {step:.2e}, cosine {cosine:.6}, {} iterations",
+                next.measured.guess.values,
+                solution.iterations
+            );
             if cosine < LEAST_COSINE && self.step > 10.0 * shortest {
                 self.step /= 2.0;
                 continue;

@@ -82,6 +82,8 @@ pub struct StudyHead {
     pub source: StudySource,
     /// Text of the base case.
     pub base: CaseSource,
+    /// Whether the base case was read.
+    pub(crate) is_readable: bool,
     /// Names of the parts of its system.
     pub words: Words,
     /// Settings of the study in the base case.
@@ -95,7 +97,7 @@ const WALL_TIME: &str = "solver.max_wall_time";
 
 impl StudyHead {
     /// Reads `title`, `case` and `set`, and returns the keys of the base case. Settings apply in this order: `before`,
-    /// the study's own, `overrides`. An unreadable base case is reported, and an unreadable text stands for it.
+    /// the study's own, `overrides`. An unreadable base case is reported, and no valid text stands for it.
     pub(crate) fn read(
         reader: &mut StudyReader,
         root: &PlacedValue,
@@ -120,16 +122,13 @@ impl StudyHead {
         let head = StudyHead {
             title: title.unwrap_or_else(|| source.name.clone()),
             words: keys.words,
-            base: base.unwrap_or_else(|| CaseSource::text(UNREADABLE)),
+            is_readable: base.is_some(),
+            base: base.unwrap_or_else(|| CaseSource::text("\0")),
             settings,
             files,
             source,
         };
         (head, keys)
-    }
-
-    pub(crate) fn is_readable(&self) -> bool {
-        self.base.text != UNREADABLE
     }
 
     /// Base case with the study's settings and those of a point.
@@ -154,9 +153,6 @@ impl StudyHead {
         }
     }
 }
-
-/// Stands for the text of an unreadable base case.
-const UNREADABLE: &str = "\0";
 
 /// SHA-256 in hexadecimal digits.
 pub(crate) fn hash_of(parts: impl AsRef<[u8]>) -> String {

@@ -177,6 +177,7 @@ impl Portable {
         let settings = self.settings.iter().map(|setting| Override::parse(setting));
         let settings = settings.collect::<Result<Vec<_>, _>>()?;
         let head = StudyHead {
+            is_readable: true,
             title: String::new(),
             source: StudySource::text("", ""),
             words: Words::of(&base, &settings),

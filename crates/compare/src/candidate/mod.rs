@@ -241,7 +241,7 @@ impl Candidate {
                         let others = [other].into_iter().chain(same);
                         self.left_out.extend(others.map(|name| LeftOut {
                             name: (*name).to_owned(),
-                            why: format!("the case has no such channel beside {first}, with whose column the reference is compared"),
+                            why: format!("is another name of {first}, whose column is compared"),
                             remedy: format!("leave out {first} to compare it"),
                         }));
                         Some((*first).to_owned())

@@ -135,23 +135,39 @@ impl CandidateTable {
                 .flat_map(|word| word.bytes().chain([b' ']))
                 .map(|byte| byte.to_ascii_lowercase())
         }
+        let name = if self.by_path {
+            name.trim_start_matches('/')
+        } else {
+            name
+        };
         plain(known).eq(plain(name))
     }
 
     /// The array with a name, which may differ in case.
     fn find(&self, name: &str, fits: impl Fn(&TableArray) -> bool) -> Option<usize> {
-        let fitting = || (0..self.arrays.len()).filter(|&k| fits(&self.arrays[k]));
-        let exact = fitting().find(|&k| self.is_exact(&self.arrays[k], name));
-        exact.or_else(|| {
-            let mut near = fitting().filter(|&k| self.is_near(&self.arrays[k], name));
-            let first = near.next()?;
-            (!self.by_path || near.next().is_none()).then_some(first)
-        })
+        let among = |listed: bool| {
+            let is_one = |k: &usize| fits(&self.arrays[*k]) && (!listed || self.arrays[*k].is_listed());
+            let fitting = || (0..self.arrays.len()).filter(is_one);
+            let exact = fitting().find(|&k| self.is_exact(&self.arrays[k], name));
+            exact.or_else(|| {
+                let mut near = fitting().filter(|&k| self.is_near(&self.arrays[k], name));
+                let first = near.next()?;
+                (!self.by_path || near.next().is_none()).then_some(first)
+            })
+        };
+        // A scalar of the same name in another group is no second column.
+        among(true).or_else(|| among(false))
     }
 
     fn column_of(&self, name: &str, fits: impl Fn(&TableArray) -> bool) -> Option<CandidateColumn> {
-        let (array, slice) = slice_of(name);
-        let array = self.find(array, fits)?;
+        let is_whole = |array: &TableArray| fits(array) && array.shape.is_none() && self.is_exact(array, name);
+        let (array, slice) = match self.arrays.iter().position(is_whole) {
+            Some(array) => (array, None),
+            None => {
+                let (array, slice) = slice_of(name);
+                (self.find(array, &fits)?, slice)
+            }
+        };
         Some(CandidateColumn {
             name: name.to_owned(),
             array,

@@ -1,7 +1,7 @@
 //! Parameters with which the equations of the case, integrated over the candidate's own samples between its events, lead
 //! from sample to sample. They are proposals, and need no run.
 
-use super::fit::{Fit, FitPoint, Unknown, closest, least_squares, square};
+use super::fit::{Fit, FitPoint, Unknown, closest, square};
 use super::motion::Played;
 use super::observation::Observation;
 use super::parameters::of_normal_force;
@@ -216,20 +216,16 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
             play: &fine,
             units: &units,
         };
-        let slopes: Option<Vec<Vec<f64>>> = (0..units.len()).map(|k| fit.slope(point, k)).collect();
-        let residual = evidence.residual(&point.played, point.window);
-        let (_, inverse) = least_squares(&slopes?, &residual)?;
-        let variance = left(point) / (residual.len() - units.len()) as f64;
+        let scatter = fit.errors(point)?;
         let fit = Fit { play: &coarse, ..fit };
         let other = fit.refined(point.values.clone());
         let mut errors = Vec::new();
         for (k, value) in point.values.iter().enumerate() {
-            let deviation = units[k] * (inverse[k] * variance).sqrt();
-            if (value - unknown[which[k]].value).abs() <= KNOWN * deviation {
+            if (value - unknown[which[k]].value).abs() <= KNOWN / 3.0 * scatter[k] {
                 return None;
             }
             let quadrature = other.as_ref().map_or(0.0, |other| (other.values[k] - value).abs());
-            errors.push((3.0 * deviation).max(0.1 * quadrature));
+            errors.push(scatter[k].max(0.1 * quadrature));
         }
         let numbers = Unknown::changes_of(&unknown, which, &point.values);
         (left(point) <= LEFT * LEFT * total).then_some((numbers, errors))

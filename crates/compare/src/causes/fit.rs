@@ -96,6 +96,19 @@ impl Fit<'_> {
         side(STEP).or_else(|| side(-STEP))
     }
 
+    /// Three standard deviations of each value, by the scatter of the residual.
+    pub fn errors(&self, at: &FitPoint) -> Option<Vec<f64>> {
+        let slopes: Option<Vec<Vec<f64>>> = (0..self.units.len()).map(|which| self.slope(at, which)).collect();
+        let residual = self.evidence.residual(&at.played, at.window);
+        let (_, inverse) = least_squares(&slopes?, &residual)?;
+        let variance = square(&residual) / residual.len().checked_sub(self.units.len()).filter(|n| *n > 0)? as f64;
+        let each = self.units.iter().zip(inverse);
+        Some(
+            each.map(|(unit, inverse)| 3.0 * unit * (inverse * variance).sqrt())
+                .collect(),
+        )
+    }
+
     pub fn refined(&self, values: Vec<f64>) -> Option<FitPoint> {
         let mut at = self.at(values, f64::NEG_INFINITY)?;
         for number in 0..MOST_STEPS {

@@ -2,8 +2,8 @@
 
 use super::equations;
 use super::evidence::Evidence;
-use super::fit::{Numbers, Unknown, closest};
-use super::judge::{ALL, EXACT, EXPLAINED, OF_FITTED};
+use super::fit::{Numbers, Unknown, closest, least_squares, left};
+use super::judge::{ALL, CLOSE, EXACT, EXPLAINED, OF_FITTED};
 use super::motion::Played;
 use super::parameters::{self, EventAgreement, FoundBy, OtherNumber, OtherParameters, of_normal_force};
 use super::search::{Search, Tried};
@@ -384,6 +384,72 @@ fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize, guess:
         }
     }
     best.1
+}
+
+/// Parameters that the equations show, with their values and errors by runs over all samples; `None` if no run comes
+/// closer to the candidate.
+pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
+    const STEPS: usize = 3;
+    let known = tried.cause.parameters().filter(|known| !known.errors.is_empty())?;
+    let seen = evidence.observation?;
+    let rows = seen.time.partition_point(|time| *time <= evidence.covered.1);
+    let with = |values: &[f64]| -> Numbers {
+        let paths = known.numbers.iter().map(|(path, _)| path.clone());
+        paths.zip(values.iter().copied()).collect()
+    };
+    let residual = |values: &[f64]| {
+        let played = evidence.with_numbers(tried.start, &with(values))?;
+        Some(seen.residual(&played.values, rows))
+    };
+    let mut values: Vec<f64> = known.numbers.iter().map(|(_, value)| *value).collect();
+    let mut best = tried.clone();
+    for _ in 0..STEPS {
+        let mut now = residual(&values)?;
+        let mut moved: Vec<Vec<f64>> = Vec::new();
+        for k in 0..values.len() {
+            let mut beside = values.clone();
+            beside[k] *= 1.0 + STEP;
+            moved.push(residual(&beside)?);
+        }
+        let mut slopes = vec![vec![0.0; now.len()]; values.len()];
+        let mut count = 0;
+        for (row, own) in now.iter_mut().enumerate() {
+            let changes = || moved.iter().map(|moved| moved[row] - *own);
+            // At an event between two samples a channel may jump: that row says nothing of the value.
+            if own.abs() <= CLOSE && changes().all(|change| change.abs() <= CLOSE) {
+                slopes
+                    .iter_mut()
+                    .zip(changes())
+                    .for_each(|(slope, change)| slope[row] = change / STEP);
+                count += 1;
+            } else {
+                *own = 0.0;
+            }
+        }
+        let (step, inverse) = least_squares(&slopes, &now)?;
+        values
+            .iter_mut()
+            .zip(&step)
+            .for_each(|(value, step)| *value *= 1.0 + step);
+        let numbers = with(&values);
+        let judged = tried
+            .cause
+            .judge(evidence, &evidence.with_numbers(tried.start, &numbers)?)?;
+        if judged.left >= best.judged.left || !judged.is_cause() {
+            break;
+        }
+        let variance = left(&slopes, &now) / count.max(values.len() + 1) as f64;
+        let errors = values.iter().zip(&inverse);
+        let cause = ChangedNumber {
+            numbers,
+            errors: errors
+                .map(|(value, inverse)| 3.0 * (value * value * inverse * variance).sqrt())
+                .collect(),
+            ..known.clone()
+        };
+        (best.cause, best.judged) = (Arc::new(cause), judged);
+    }
+    (best.judged.left < tried.judged.left).then_some(best)
 }
 
 /// The last value of a parameter, on the way to the reference's, from which on the motion is that of the mistake.

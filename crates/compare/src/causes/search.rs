@@ -152,16 +152,19 @@ impl Search<'_> {
         };
         let tried = starts.filter_map(|start| {
             let played = match is_farther(start) {
-                Some(true) => return None,
-                _ => cause.run(evidence, start)?,
+                Some(true) => None,
+                _ => Some(cause.run(evidence, start)?),
             };
             let own_state = matches!(evidence.starts.get(start), Some(TrialStart::At(..)));
             Some(Tried {
                 cause: cause.clone(),
                 start,
                 own_state: (own_state || has_own_state) && !cause.is_of_file(),
-                close: evidence.observation.map_or(0, |seen| seen.close(&played.values, CLOSE)),
-                judged: cause.judge(evidence, &played)?,
+                close: played
+                    .as_ref()
+                    .zip(evidence.observation)
+                    .map_or(0, |(played, seen)| seen.close(&played.values, CLOSE)),
+                judged: played.map_or_else(|| Some(Judged::far()), |played| cause.judge(evidence, &played))?,
             })
         });
         tried.min_by(|a, b| a.judged.left.total_cmp(&b.judged.left))
@@ -243,6 +246,9 @@ impl Search<'_> {
             return FoundCauses::Unexplained(tried);
         }
         for tried in &mut chosen {
+            if let Some(refined) = super::number::refined(evidence, tried) {
+                *tried = refined;
+            }
             if let Some(cause) = super::number::beyond(evidence, tried) {
                 tried.cause = cause;
             }

@@ -125,7 +125,7 @@ impl PrecisionRun<'_> {
     /// Runs the study, and returns the path of its file and the results. An incomplete study keeps the partial name.
     ///
     /// # Errors
-    /// There is no reference, the file is protected, or the disk fails.
+    /// There is no reference, the study was interrupted before there was one, the file is protected, or the disk fails.
     pub fn start(self) -> Result<(PathBuf, StudyResult), Error> {
         let place = Reservation::take(self.path, self.overwrite, &self.study.head.files)?;
         let started = provenance::now();
@@ -138,7 +138,7 @@ impl PrecisionRun<'_> {
 /// Runs a study. A stop ends the study with its results so far. Failed runs are [`Measurement`]s with a failure.
 ///
 /// # Errors
-/// There is no reference.
+/// There is no reference, or the study was interrupted before there was one.
 pub fn run(study: &PrecisionStudy, watch: &dyn Watch) -> Result<StudyResult, Error> {
     let reference = reference(study, watch)?;
     let mut result = StudyResult {

@@ -196,7 +196,7 @@ fn check_case(reader: &mut StudyReader, root: &PlacedValue, head: &StudyHead) ->
             reader.report_at(place, &format!("set.{}", setting.key()), message);
         }
     }
-    if !head.is_readable() {
+    if !head.is_readable {
         return false;
     }
     let Err(mut error) = head.case_with([]) else {
