@@ -390,7 +390,10 @@ fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize, guess:
 /// closer to the candidate.
 pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
     const STEPS: usize = 3;
-    let known = tried.cause.parameters().filter(|known| !known.errors.is_empty())?;
+    let known = tried
+        .cause
+        .parameters()
+        .filter(|known| !known.errors.is_empty() && tried.judged.is_cause())?;
     let seen = evidence.observation?;
     let rows = seen.time.partition_point(|time| *time <= evidence.covered.1);
     let with = |values: &[f64]| -> Numbers {

@@ -167,7 +167,8 @@ impl Search<'_> {
                 judged: played.map_or_else(|| Some(Judged::far()), |played| cause.judge(evidence, &played))?,
             })
         });
-        tried.min_by(|a, b| a.judged.left.total_cmp(&b.judged.left))
+        let best = tried.min_by(|a, b| a.judged.left.total_cmp(&b.judged.left))?;
+        Some(super::number::refined(evidence, &best).unwrap_or(best))
     }
 
     /// Tries mistakes, the closest first.
@@ -246,9 +247,6 @@ impl Search<'_> {
             return FoundCauses::Unexplained(tried);
         }
         for tried in &mut chosen {
-            if let Some(refined) = super::number::refined(evidence, tried) {
-                *tried = refined;
-            }
             if let Some(cause) = super::number::beyond(evidence, tried) {
                 tried.cause = cause;
             }
