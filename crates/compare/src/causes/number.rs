@@ -438,7 +438,10 @@ pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
         let judged = tried
             .cause
             .judge(evidence, &evidence.with_numbers(tried.start, &numbers)?)?;
-        if judged.left >= best.judged.left || !judged.is_cause() {
+        // The equations hold between events: beyond their errors, events that a solver misplaces move the value.
+        let mut changes = values.iter().zip(&known.numbers).zip(&known.errors);
+        let is_within = changes.all(|((new, (_, old)), error)| (new - old).abs() <= *error);
+        if judged.left >= best.judged.left || !judged.is_cause() || !is_within {
             break;
         }
         let variance = left(&slopes, &now) / count.max(values.len() + 1) as f64;
