@@ -8,9 +8,8 @@ use stickslip_engine::simulation::procedure::FOREIGN;
 use stickslip_engine::simulation::stepping::longest_stable_step;
 use stickslip_system::friction::Law as _;
 use stickslip_system::model::absolute_angles::AbsoluteModel;
-use stickslip_system::model::margin;
 use stickslip_system::model::system::{ContactLaw, End, KickSide, Pressing, Train};
-use stickslip_system::model::{BreakawayTest, KickTime, Parameters};
+use stickslip_system::model::{BreakawayTest, KickTime, Parameters, margin};
 use stickslip_system::signal::{Ramp, Signal, TimeTable};
 
 /// A larger number of samples, a terabyte, is a typing error.

@@ -1,7 +1,6 @@
 //! The parameters of a case without rounding.
 
-use super::document::CaseError;
-use super::document::{CaseValue, PlacedValue};
+use super::document::{CaseError, CaseValue, PlacedValue};
 use super::quantity::{self, Dimension};
 use super::reader::ReadCase;
 use super::{Case, Motion, Words, schema, written};

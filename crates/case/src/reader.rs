@@ -2,8 +2,7 @@
 
 use super::case_keys::of_other_form;
 use super::conditions::{self, Violation};
-use super::document::{CaseError, CaseProblem};
-use super::document::{CaseValue, PlacedValue, TextPlace};
+use super::document::{CaseError, CaseProblem, CaseValue, PlacedValue, TextPlace};
 use super::place::Content;
 use super::quantity::{self, Dimension};
 use super::schema::{self, ARRAYS, Key, KeyKind, Presence};

@@ -1,24 +1,17 @@
 //! The outcome of a comparison, its verdict, and requirements on it: `onset<1e-6`.
 
 use super::causes::EXPLAINED;
-use super::detect::Detection;
-use super::detect::HysteresisEffect;
-use super::diagnosis::CaseDifference;
-use super::diagnosis::{CauseKind, Diagnosis, percent};
+use super::detect::{Detection, HysteresisEffect};
+use super::diagnosis::{CaseDifference, CauseKind, Diagnosis, percent};
 use super::error::OutOfTime;
-use super::event_errors::CycleErrors;
-use super::event_errors::EventErrors;
-use super::event_errors::WrongEvent;
+use super::event_errors::{CycleErrors, EventErrors, WrongEvent};
 use super::follows::Follows;
-use super::integrals::EnergyDrift;
-use super::integrals::ImpulseErrors;
+use super::integrals::{EnergyDrift, ImpulseErrors};
 use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
 use super::score::{CreepScore, Score};
-use super::states::Phase;
-use super::states::{StatePass, Tally};
-use super::statistics::ComparedAttractor;
-use super::statistics::{OF_ATTRACTORS, STATISTICS, Statistic};
+use super::states::{Phase, StatePass, Tally};
+use super::statistics::{ComparedAttractor, OF_ATTRACTORS, STATISTICS, Statistic};
 use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
 use serde::Serialize;
 use std::borrow::Cow;

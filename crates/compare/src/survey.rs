@@ -1,8 +1,7 @@
 //! First pass over a candidate's samples: its events, its span, the resolution of its times, torques at breakaways.
 
 use super::candidate::{Block, Candidate};
-use super::detect::Crossings;
-use super::detect::{Detection, Detector, Found};
+use super::detect::{Crossings, Detection, Detector, Found};
 use super::event_errors::{self, EventErrors};
 use super::locate::Locator;
 use super::reference::Physics;

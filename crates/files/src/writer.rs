@@ -6,12 +6,10 @@ use std::time::{Duration, Instant};
 
 use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
 use super::parts::Addition;
-use super::rows::KeptView;
-use super::rows::{EVENTS, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
+use super::rows::{EVENTS, KeptView, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
 use super::table::{TableWriter, create_file, create_group};
-use super::target::WriteLock;
-use super::target::{self, Overwrite, Reservation};
+use super::target::{self, Overwrite, Reservation, WriteLock};
 use super::{AttributeValue, Extra, Header, Reason, ResultError, Status, StickSlipTable};
 use stickslip_system::numerics::chebyshev::COEFFICIENTS;
 

@@ -6,8 +6,10 @@
 //! band of a stretch bounds the error at the phase of a row. At the row's time, the rate times the uncertainty of the
 //! stretch's ends is added.
 
-use super::ladder::{CertifiedEvent, LEAST_WITNESSES, Verdict};
-use super::ladder::{Finished, counterparts, finest_arkode, shares_errors, time_scale, witnesses as witnesses_of};
+use super::ladder::{
+    CertifiedEvent, Finished, LEAST_WITNESSES, Verdict, counterparts, finest_arkode, shares_errors, time_scale,
+    witnesses as witnesses_of,
+};
 use crate::provenance::extension;
 use std::ops::Range;
 use stickslip_case::Case;

@@ -21,8 +21,7 @@ pub use super::ladder::{CertifiedEvent, Verdict};
 use serde::Serialize;
 use std::borrow::Cow;
 use stickslip_case::{Case, WrittenCase};
-use stickslip_engine::simulation::Excitation;
-use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions};
+use stickslip_engine::simulation::{Excitation, Method, OutputOptions, SolverOptions};
 use stickslip_system::record::{Event, EventKind, MemoryRecorder};
 
 /// Neighbours on each side. Two methods can agree by accident at one event, so the largest distance counts.

@@ -5,8 +5,9 @@
 //! extrapolated, bound the error of a derivative.
 
 use stickslip_case::{Case, CaseNumber, WrittenCase};
-use stickslip_engine::simulation::{Excitation, MovedCases, MovedSystem, variation};
-use stickslip_engine::simulation::{Method, OutputOptions, RunFailure, SolverOptions};
+use stickslip_engine::simulation::{
+    Excitation, Method, MovedCases, MovedSystem, OutputOptions, RunFailure, SolverOptions, variation,
+};
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 use stickslip_system::watch::go_on_unless;

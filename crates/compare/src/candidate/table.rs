@@ -114,13 +114,17 @@ impl CandidateTable {
         listed.map(|array| array.name.clone()).collect()
     }
 
+    /// A name as the arrays have it: a path may begin with a slash.
+    fn plain<'a>(&self, name: &'a str) -> &'a str {
+        if self.by_path {
+            name.trim_start_matches('/')
+        } else {
+            name
+        }
+    }
+
     fn is_exact(&self, array: &TableArray, name: &str) -> bool {
-        array.name
-            == if self.by_path {
-                name.trim_start_matches('/')
-            } else {
-                name
-            }
+        array.name == self.plain(name)
     }
 
     /// Whether names differ in case or blanks alone. OpenRadioss's th_to_csv fills titles with blanks.
@@ -129,18 +133,13 @@ impl CandidateTable {
             true => array.name.rsplit('/').next().unwrap_or_default(),
             false => &array.name,
         };
-        fn plain(name: &str) -> impl Iterator<Item = u8> + '_ {
+        fn words(name: &str) -> impl Iterator<Item = u8> + '_ {
             let words = name.split_ascii_whitespace();
             words
                 .flat_map(|word| word.bytes().chain([b' ']))
                 .map(|byte| byte.to_ascii_lowercase())
         }
-        let name = if self.by_path {
-            name.trim_start_matches('/')
-        } else {
-            name
-        };
-        plain(known).eq(plain(name))
+        words(known).eq(words(self.plain(name)))
     }
 
     /// The array with a name, which may differ in case.
@@ -356,8 +355,7 @@ impl CandidateTable {
             let why = format!("is the last part of several paths, {}", paths.join(", "));
             return Some(of(why, "name one of them in a mapping or with --column"));
         }
-        let known = self.find(array, TableArray::is_listed);
-        let known = known.or_else(|| self.find(array, |array| array.values == ArrayValues::Numbers));
+        let known = self.find(array, |array| array.values == ArrayValues::Numbers);
         let Some(shape) = known.and_then(|k| self.arrays[k].shape.as_ref()) else {
             let texts = self
                 .has_texts(name)

@@ -96,11 +96,14 @@ impl Fit<'_> {
         side(STEP).or_else(|| side(-STEP))
     }
 
+    fn slopes(&self, at: &FitPoint) -> Option<Vec<Vec<f64>>> {
+        (0..self.units.len()).map(|which| self.slope(at, which)).collect()
+    }
+
     /// Three standard deviations of each value, by the scatter of the residual.
     pub fn errors(&self, at: &FitPoint) -> Option<Vec<f64>> {
-        let slopes: Option<Vec<Vec<f64>>> = (0..self.units.len()).map(|which| self.slope(at, which)).collect();
         let residual = self.evidence.residual(&at.played, at.window);
-        let (_, inverse) = least_squares(&slopes?, &residual)?;
+        let (_, inverse) = least_squares(&self.slopes(at)?, &residual)?;
         let variance = square(&residual) / residual.len().checked_sub(self.units.len()).filter(|n| *n > 0)? as f64;
         let each = self.units.iter().zip(inverse);
         Some(
@@ -115,8 +118,7 @@ impl Fit<'_> {
             if number >= STEPS && !self.evidence.is_whole(&at.played, at.window) {
                 break;
             }
-            let slopes: Option<Vec<Vec<f64>>> = (0..self.units.len()).map(|which| self.slope(&at, which)).collect();
-            let Some(slopes) = slopes else { break };
+            let Some(slopes) = self.slopes(&at) else { break };
             let now = self.evidence.residual(&at.played, at.window);
             let Some((step, _)) = least_squares(&slopes, &now) else {
                 break;

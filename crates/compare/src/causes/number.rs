@@ -400,19 +400,16 @@ pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
         let paths = known.numbers.iter().map(|(path, _)| path.clone());
         paths.zip(values.iter().copied()).collect()
     };
-    let residual = |values: &[f64]| {
-        let played = evidence.with_numbers(tried.start, &with(values))?;
-        Some(seen.residual(&played.values, rows))
-    };
+    let play = |values: &[f64]| evidence.with_numbers(tried.start, &with(values));
     let mut values: Vec<f64> = known.numbers.iter().map(|(_, value)| *value).collect();
-    let mut best = tried.clone();
+    let (mut best, mut played) = (tried.clone(), play(&values)?);
     for _ in 0..STEPS {
-        let mut now = residual(&values)?;
+        let mut now = seen.residual(&played.values, rows);
         let mut moved: Vec<Vec<f64>> = Vec::new();
         for k in 0..values.len() {
             let mut beside = values.clone();
             beside[k] *= 1.0 + STEP;
-            moved.push(residual(&beside)?);
+            moved.push(seen.residual(&play(&beside)?.values, rows));
         }
         let mut slopes = vec![vec![0.0; now.len()]; values.len()];
         let mut count = 0;
@@ -434,10 +431,8 @@ pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
             .iter_mut()
             .zip(&step)
             .for_each(|(value, step)| *value *= 1.0 + step);
-        let numbers = with(&values);
-        let judged = tried
-            .cause
-            .judge(evidence, &evidence.with_numbers(tried.start, &numbers)?)?;
+        played = play(&values)?;
+        let judged = tried.cause.judge(evidence, &played)?;
         // The equations hold between events: beyond their errors, events that a solver misplaces move the value.
         let mut changes = values.iter().zip(&known.numbers).zip(&known.errors);
         let is_within = changes.all(|((new, (_, old)), error)| (new - old).abs() <= *error);
@@ -447,7 +442,7 @@ pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
         let variance = left(&slopes, &now) / count.max(values.len() + 1) as f64;
         let errors = values.iter().zip(&inverse);
         let cause = ChangedNumber {
-            numbers,
+            numbers: with(&values),
             errors: errors
                 .map(|(value, inverse)| 3.0 * (value * value * inverse * variance).sqrt())
                 .collect(),

@@ -2,8 +2,7 @@
 
 use super::judge::FARTHER;
 use crate::candidate::{Block, Candidate};
-use crate::detect::Crossings;
-use crate::detect::{Detection, Detector, Point};
+use crate::detect::{Crossings, Detection, Detector, Point};
 use crate::reference::{GapPolynomial, Physics, Walk};
 use crate::resolution::Rounding;
 use crate::vocabulary::Known;

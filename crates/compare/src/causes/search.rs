@@ -151,20 +151,20 @@ impl Search<'_> {
             Some(seen.left(&played.values, until) > seen.left(&seen.reference, until))
         };
         let tried = starts.filter_map(|start| {
-            let played = match is_farther(start) {
-                Some(true) => None,
-                _ => Some(cause.run(evidence, start)?),
+            let (close, judged) = if is_farther(start) == Some(true) {
+                (0, Judged::far())
+            } else {
+                let played = cause.run(evidence, start)?;
+                let close = evidence.observation.map_or(0, |seen| seen.close(&played.values, CLOSE));
+                (close, cause.judge(evidence, &played)?)
             };
             let own_state = matches!(evidence.starts.get(start), Some(TrialStart::At(..)));
             Some(Tried {
                 cause: cause.clone(),
                 start,
                 own_state: (own_state || has_own_state) && !cause.is_of_file(),
-                close: played
-                    .as_ref()
-                    .zip(evidence.observation)
-                    .map_or(0, |(played, seen)| seen.close(&played.values, CLOSE)),
-                judged: played.map_or_else(|| Some(Judged::far()), |played| cause.judge(evidence, &played))?,
+                close,
+                judged,
             })
         });
         let best = tried.min_by(|a, b| a.judged.left.total_cmp(&b.judged.left))?;

@@ -7,12 +7,11 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 use stickslip_system::friction::Law;
 use stickslip_system::model::chain_coordinates::{ChainCoordinates, HALF_WIDTH};
-use stickslip_system::model::closed_form;
 use stickslip_system::model::equations::{Engagement, Outside, Side, SystemEquations};
 use stickslip_system::model::slow_motion::{SlowMotion, SlowMotions};
 use stickslip_system::model::stability::least_fast_frequency;
 use stickslip_system::model::system::{Smoothing, System};
-use stickslip_system::model::{BreakawayTest, Mode};
+use stickslip_system::model::{BreakawayTest, Mode, closed_form};
 use stickslip_system::numerics::band::BandMut;
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 

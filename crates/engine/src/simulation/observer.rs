@@ -10,9 +10,9 @@ use crate::sundials::Counters;
 use std::ops::ControlFlow;
 use std::time::Instant;
 use stickslip_system::model::Mode;
-use stickslip_system::record::EventDigest;
-use stickslip_system::record::channel;
-use stickslip_system::record::{Channels, Event, EventKind, RecordedChannel, Recorder, Sample, Segment, State};
+use stickslip_system::record::{
+    Channels, Event, EventDigest, EventKind, RecordedChannel, Recorder, Sample, Segment, State, channel,
+};
 
 pub(super) struct Recording<'a, R> {
     readings: R,

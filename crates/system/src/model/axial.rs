@@ -6,8 +6,7 @@
 //! alone. An integrator would have to follow a 0.5 kHz mode through seconds of standstill to get the same values.
 
 use super::Axial;
-use super::breakaway::Bounded;
-use super::breakaway::positive_for;
+use super::breakaway::{Bounded, positive_for};
 use super::oscillator::DampedOscillator;
 use crate::numerics::Number;
 use crate::signal::{self, Pieces, Signal};

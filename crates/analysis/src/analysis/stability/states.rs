@@ -1,7 +1,6 @@
 //! Linear modes of a system, steady sliding, and changes of its stability.
 
-use super::linear::SlidingVerdict;
-use super::linear::{axial_modes, jacobian, modes_of, state, stuck};
+use super::linear::{SlidingVerdict, axial_modes, jacobian, modes_of, state, stuck};
 use super::modes::{Driven, MissingModes, Modes, OperatingPoint, SystemMode, SystemState};
 use super::sliding::{Balance, Base, Sliding, balance};
 use nalgebra::DMatrix;
