@@ -81,6 +81,7 @@ fn property_long_each_fault_of_a_solver_is_named() {
             },
             CauseKind::VelocityTolerance,
         ),
+        (Solver { step: 60e-6, ..SOUND }, CauseKind::UnresolvedMode),
         // Implicit Euler with 24 steps in a period: the samples are dense enough, but the growth is damped.
         (
             Solver {

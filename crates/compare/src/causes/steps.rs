@@ -364,15 +364,17 @@ impl SteppingSolver {
         proposals(found.into_iter().flatten())
     }
 
-    /// Variants of the solvers that stay close to the candidate longest.
+    /// Variants of the solvers that stay close to the candidate longest, and of those that come to no end.
     pub fn variants_of_closest(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
         let steppers = search.tried.iter().filter(|tried| tried.cause.numbers().is_empty());
         let steppers = steppers.filter_map(|tried| Some((tried.close, *tried.cause.stepper()?)));
         let mut close: Vec<(usize, Stepper)> = steppers.filter(|(_, stepper)| !stepper.is_variant()).collect();
         close.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
-        let closest = close.into_iter().take(CLOSEST_VARIANTS);
-        let variants = closest.flat_map(|(_, stepper)| evidence.variants(stepper));
+        let closest = (0..)
+            .zip(close)
+            .filter(|(place, (rows, _))| *place < CLOSEST_VARIANTS || *rows == 0);
+        let variants = closest.flat_map(|(_, (_, stepper))| evidence.variants(stepper));
         let is_new = |stepper: &Stepper| search.tried.iter().all(|tried| tried.cause.stepper() != Some(stepper));
         proposals(variants.filter(|stepper| stepper.is_variant() && is_new(stepper)))
     }
