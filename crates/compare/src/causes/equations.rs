@@ -23,6 +23,8 @@ const FEWEST_STRETCHES: usize = 10;
 /// rounding, or below this part of the change by a quadrature through fewer samples.
 const MISSED: f64 = 1e-7;
 const QUADRATURE: f64 = 0.01;
+/// Difference of the quadratures, as a part of the largest change, from which the samples do not resolve the motion.
+const UNRESOLVED: f64 = 0.03;
 /// Largest remaining part of the root mean square residual for a parameter that explains it.
 const LEFT: f64 = 0.05;
 /// Two parameters explain equally if their remaining squares differ by less than this factor. Below the floor, a part
@@ -125,6 +127,21 @@ impl<'a> Stretches<'a> {
         self.physics.places.iter().map(of_state).collect()
     }
 
+    /// Leaves out stretches in which the samples do not resolve a motion, such as that of bristles at a breakaway: there
+    /// the quadratures differ.
+    fn keep_resolved(&mut self, own: &System) {
+        let [fine, coarse] = [0, 1].map(|number| self.integrals(own, number).values);
+        let mut resolved = vec![true; self.each.len()];
+        for ((fine, coarse), changes) in fine.iter().zip(&coarse).zip(self.changes()) {
+            let largest = changes.iter().fold(0.0f64, |largest, change| largest.max(change.abs()));
+            for (resolved, (fine, coarse)) in resolved.iter_mut().zip(fine.iter().zip(coarse)) {
+                *resolved &= (fine - coarse).abs() <= UNRESOLVED * largest;
+            }
+        }
+        let mut resolved = resolved.into_iter();
+        self.each.retain(|_| resolved.next() != Some(false));
+    }
+
     /// Changes of the states by the equations of a system, with weights of this number.
     fn integrals(&self, system: &System, number: usize) -> Played {
         let equations = SystemEquations::new(system);
@@ -158,11 +175,15 @@ pub(super) type OfEquations = (Vec<(String, f64)>, Vec<f64>);
 /// Parameters, one or two at once, with which the equations of the case hold for the candidate's samples, and others
 /// that do as well. There are none if the equations hold as they are, or if the samples do not show them.
 pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
-    let Some(stretches) = Stretches::of(search).filter(|all| all.each.len() >= FEWEST_STRETCHES) else {
-        return Vec::new();
-    };
     let case = search.evidence.case;
     let own = &case.case().system;
+    let Some(mut stretches) = Stretches::of(search) else {
+        return Vec::new();
+    };
+    stretches.keep_resolved(own);
+    if stretches.each.len() < FEWEST_STRETCHES {
+        return Vec::new();
+    }
     let [fine, coarse] = [0, 1].map(|number| stretches.integrals(own, number));
     let changes = stretches.changes();
     let count = stretches.each.len();
