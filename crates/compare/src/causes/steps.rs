@@ -290,7 +290,7 @@ const PARTED: f64 = 1e-3;
 /// Fewest events of such a run after the candidate has departed from the reference.
 const FEWEST_EVENTS_KNOWN: usize = 2;
 const CLOSEST_STEPPERS: usize = 8;
-const CLOSEST_VARIANTS: usize = 16;
+const CLOSEST_VARIANTS: usize = 64;
 /// Number of parameters that are tried together with steps.
 const CLOSEST: usize = 2;
 
