@@ -41,6 +41,8 @@ LEGENDS = {
     ("Energy", "work of F"): "work_applied",
 }
 STICK, SLIP = [250, 246, 191], [228, 243, 251]
+# Sizes of windows, CSS pixels: a desktop, an old laptop, a phone.
+SIZES = [(1200, 900), (1100, 800), (420, 900)]
 
 # 60 frames of a drag to and fro, each with a move of the pointer; milliseconds for each frame.
 PAN = """
@@ -88,6 +90,13 @@ if (document.documentElement.scrollWidth > innerWidth) bad.push('the page is wid
 return bad;
 """
 
+# Colours of the body, and whether the page is wider than the window; what is read on it.
+SEEN = """
+const body = getComputedStyle(document.body);
+return [getComputedStyle(document.documentElement).backgroundColor, body.backgroundColor, body.color,
+  document.documentElement.scrollWidth > innerWidth, document.body.innerText];
+"""
+
 passed = failed = 0
 
 
@@ -103,6 +112,32 @@ def check(what, holds, detail=""):
 
 def close(a, b, tolerance):
     return abs(a - b) <= tolerance
+
+
+def check_anywhere(browser, path, name):
+    """What holds for every kind of page: light and dark, wide and narrow, without an empty value in its words."""
+    light = lambda colour: sum(map(float, re.findall(r"[\d.]+", colour)[:3])) / 3
+    window = browser.get_window_size()
+    for width, height in SIZES:
+        # A window of Chromium has a least width.
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        for scheme in ("light", "dark"):
+            browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+            browser.get("about:blank")
+            browser.get(path.resolve().as_uri())
+            time.sleep(0.3)
+            root, body, ink, is_wide, words = browser.execute_script(SEEN)
+            ground = root if body in ("rgba(0, 0, 0, 0)", "transparent") else body
+            where = f"{name}, {scheme} at {width} pixels"
+            check(f"{where}: no wider than the window", not is_wide)
+            check(f"{where}: the ground is {scheme}", (light(ground) > 128) == (scheme == "light"), ground)
+            check(f"{where}: the words stand out", abs(light(ground) - light(ink)) > 128, f"({ink} on {ground})")
+            found = re.search(r"\b(null|undefined|NaN|\[object)", words)
+            check(f"{where}: no value is missing in its words", not found, found and words[max(found.start() - 60, 0):found.end() + 20])
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    browser.set_window_size(window["width"], window["height"])
 
 
 class Page:
@@ -279,6 +314,15 @@ def check_zoom(page, file):
     start, stop = page.view()
     check("the page begins with the stick-slip", start < sticks[0] and sticks[-1] < stop and stop - start < 0.1)
     check("the time axis is in sight", page.find("#chart canvas.axis").rect["y"] + 40 <= page.browser.execute_script("return innerHeight + scrollY"))
+    for width, height in SIZES:
+        page.browser.set_window_size(width, height)
+        time.sleep(0.3)
+        axis, overview = (page.browser.execute_script("return arguments[0].getBoundingClientRect().toJSON()", page.find(one)) for one in ("#chart canvas.axis", "#overview"))
+        inside = page.browser.execute_script("return innerHeight")
+        check(f"at {width} x {height} the time axis and the overview are in sight", axis["bottom"] <= inside + 1 and 0 <= overview["top"] < overview["bottom"] < axis["top"], f"({overview}, {axis})")
+    page.browser.set_window_size(1400, 1000)
+    time.sleep(0.3)
+    check_overview(page, end)
     page.browser.execute_script("arguments[0].focus()", page.chart)
     check("the whole run is one key away", page.keys(Keys.HOME) == (0.0, end))
     left, width = page.geometry()
@@ -313,6 +357,33 @@ def check_zoom(page, file):
     start, stop = page.view()
     check("Shift and a drag zoom to a stretch", close(start, 0.5 * end, 0.01 * end) and close(stop, 0.7 * end, 0.01 * end))
     page.click("#whole")
+
+
+def check_overview(page, end):
+    """The overview has the whole run: a click brings the view there, a drag moves it, and with the whole run in view chooses a part."""
+    start, stop = page.view()
+    canvas = page.find("#overview")
+    left, width = page.geometry()
+    place = lambda at: left + at / end * width
+    page.move_to(canvas, place(0.3 * end), 15).click().perform()
+    moved = page.view()
+    check("a click on the overview brings the view there", close(sum(moved) / 2, 0.3 * end, 1.5 / width * end), str(moved))
+    check("and keeps the zoom", close(moved[1] - moved[0], stop - start, 1e-9))
+    page.move_to(canvas, place(0.3 * end), 15).click_and_hold().move_by_offset(100, 0).release().perform()
+    check("the mark is dragged", close(sum(page.view()) / 2, 0.3 * end + 100 / width * end, 1.5 / width * end), str(page.view()))
+    page.click("#whole")
+    page.move_to(canvas, place(0.2 * end), 15).click_and_hold().move_by_offset(round(0.4 * width), 0).release().perform()
+    view = page.view()
+    check("with the whole run in view a drag chooses a part", close(view[0], 0.2 * end, 2 / width * end) and close(view[1], 0.6 * end, 2 / width * end), str(view))
+
+
+def check_legend(page):
+    """One name for the ground of a mode and the event that begins it."""
+    names = [entry.text for entry in page.all("#key > span")]
+    check("each name is once in the legend", len(set(names)) == len(names) and {"stick", "slip"} <= set(names), str(names))
+    check("the ground of a mode has the mark of its event", len(page.all("#key i svg")) == 2)
+    torque = next(panel for panel in page.all("#chart > .panel") if panel.text.startswith("Torque"))
+    check("indices are indices", "T_f" not in torque.text and "F_n" not in torque.text and len(torque.find_elements(By.CSS_SELECTOR, "sub")) >= 4, torque.text)
 
 
 def check_events(page, file):
@@ -629,7 +700,10 @@ def main():
         path = pathlib.Path(sys.argv[2])
         page = opened(browser, path)
         check_opening(page, path.name)
+        check_anywhere(browser, path, path.name)
+        page = opened(browser, path)
         check_texts(page, file)
+        check_legend(page)
         check_zoom(page, file)
         check_events(page, file)
         check_values(page, file)

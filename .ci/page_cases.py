@@ -53,7 +53,7 @@ def check_sparse(page, file):
     page.click("#stick-slip")
     page.settle()
     text = page.find("#undersampled").text
-    check("a page of few samples says that lines are dashed, and what to do", text.startswith("Dashed") and "stickslip run" in text and "output.window" in text, text)
+    check("a page of few samples says that lines are dotted, and what to do", text.startswith("Dotted") and "stickslip run" in text and "output.window" in text, text)
     button = page.find("#undersampled button")
     button.click()
     time.sleep(0.2)
@@ -72,7 +72,7 @@ def check_sparse(page, file):
     torque = quantity(table["Torque, Tf = (Tr + Ts)/2"][0])[0]
     check("the torque at breakaway is exact", close(torque, force[slip] * radius, 2e-6 * abs(torque)), f"({torque} for {force[slip] * radius})")
     page.click("#whole")
-    check("where nothing is dashed there is no word of it, and the same room", page.find("#undersampled").size["height"] > 20)
+    check("where nothing is dotted there is no word of it, and the same room", page.find("#undersampled").size["height"] > 20)
 
 
 def check_pair(page, first, second):
@@ -93,8 +93,18 @@ def check_pair(page, first, second):
         check(f"{name}: the difference of two events", close(value, float(row[2]) - float(row[1]), digit + 2e-12), str(row))
     words = page.find("h1").text
     check(f"{name}: the title names both", all(pathlib.Path(file.filename).name in words for file in (first, second)), words)
-    swatches = page.browser.execute_script("return [...document.querySelectorAll('.panel')].map(e => [...e.querySelectorAll('.legend i')].filter(i => i.style.borderTopStyle !== 'dashed').map(i => i.style.borderTopColor))")
-    check(f"{name}: no two curves of a panel have one colour", all(len(set(colours)) == len(colours) for colours in swatches), str(swatches))
+    legends = page.browser.execute_script("return [...document.querySelectorAll('.panel')].map(e => [...e.querySelectorAll('.legend button')].filter(b => b.querySelector('output')).map(b => [b.textContent[0], b.querySelector('i').style.borderTopColor, b.querySelector('i').style.borderTopStyle]))")
+    colours = [[colour for _, colour, _ in legend] for legend in legends]
+    check(f"{name}: no two curves of a panel have one colour", all(len(set(one)) == len(one) for one in colours), str(colours))
+    runs = [[{colour for legend in legends for number, colour, _ in legend if number == run}, {style for legend in legends for number, _, style in legend if number == run}] for run in "12"]
+    check(f"{name}: no colour is of both runs", runs[0][0] and runs[1][0] and not runs[0][0] & runs[1][0], str(runs))
+    check(f"{name}: the first is full, the second dashed", [styles for _, styles in runs] == [{"solid"}, {"dashed"}], str(runs))
+    told = page.find("#runs").text
+    check(f"{name}: the legend names the file of each run", all(f"run {k + 1}: {pathlib.Path(file.filename).name}" in told for k, file in enumerate((first, second))), told)
+    sticks_all = np.concatenate([file["events/time"][:][file["events/kind"][:] == 0] for file in (first, second)])
+    page.find("#stick-slip").click()
+    start, stop = page.view()
+    check(f"{name}: the view of stick-slip has that of both", start < sticks_all.min() and sticks_all.max() < stop and stop - start < 0.1)
     page.click("#whole")
     # The reading of a difference at a sample that both have.
     times = [file["trajectory/time"][:] for file in (first, second)]
@@ -118,12 +128,14 @@ def main():
     with common.chromium() as browser:
         for path, use in ((certified, check_certified), (sparse, check_sparse)):
             with h5py.File(path) as file:
+                common.check_anywhere(browser, path.with_suffix(".html"), path.name)
                 page = Page(browser, path.with_suffix(".html"))
                 use(page, file)
                 common.check_layout(page, path.name)
                 common.check_readout(page)
                 common.check_silence(page, path.name)
         with h5py.File(first) as one, h5py.File(second) as other:
+            common.check_anywhere(browser, pair, pair.name)
             page = Page(browser, pair)
             check_pair(page, one, other)
             common.check_layout(page, pair.name)

@@ -65,6 +65,7 @@ def check_study(browser, program, path):
     file = h5py.File(path)
     grid, axes = axes_of(file)
     counts = file["stick_count"][...].ravel()
+    common.check_anywhere(browser, path.with_suffix(".html"), name)
     browser.get(path.with_suffix(".html").resolve().as_uri())
     browser.find_element(By.ID, "map")
     check(f"{name}: the title", browser.find_element(By.ID, "title").text == text_of(file.attrs["title"]))

@@ -132,6 +132,7 @@ def main():
         for path in map(pathlib.Path, sys.argv[1:]):
             name = path.stem
             with h5py.File(path) as file:
+                common.check_anywhere(browser, path.with_suffix(".html"), name)
                 page = Page(browser, path.with_suffix(".html"))
                 check_texts(page, file, name)
                 check_events(page, file, name)

@@ -27,8 +27,17 @@ const SHORTEST = 1e-7;
 // A channel of the first run less the same of the second.
 const DIFFERENCE = "difference_of_";
 
-// Colours of a second run, in this order, as far as the first has others in the panel.
-const SECOND = ["vermillion", "orange", "sky", "purple", "black", "wine", "olive", "grey"];
+// Two runs are told apart by their hues: cool colours, drawn full, and warm ones, dashed.
+const COOL = ["blue", "green", "grey", "sky", "black"], WARM = ["vermillion", "purple", "orange", "wine", "olive"];
+function coloured(curves, hues) {
+  const own = curves.filter(({ limit }) => !limit).map((curve, k) => ({ ...curve, colour: hues[k % hues.length] }));
+  const limit = own.find(isThin) || own[0];
+  return curves.map(curve => (curve.limit ? { ...curve, colour: limit.colour } : own.find(({ name }) => name === curve.name)));
+}
+const isThin = ({ name }) => name.startsWith("breakaway");
+
+// Lines of events are drawn where there is room between them, px.
+const BETWEEN_EVENTS = 20;
 
 // The panels of one run, or of two: each curve of the first with that of the second beside it, and behind the panels of quantities
 // those of their differences. A limit is drawn, but the panel's range does not follow it. A panel of changes counts from the left
@@ -37,13 +46,26 @@ function panelsOf(panels, sources) {
   const known = (curves, source) => curves.filter(({ name }) => source.trajectory.has(name)).map(curve => ({ ...curve, source }));
   const [first, second] = sources;
   return panels.flatMap(panel => {
-    const own = known(panel.curves, first), free = SECOND.filter(colour => !own.some(curve => curve.colour === colour));
-    const other = second ? known(panel.curves, second).map((curve, k) => (curve.limit ? curve : { ...curve, colour: free[k % free.length] })) : [];
+    const own = second ? coloured(known(panel.curves, first), COOL) : known(panel.curves, first);
+    const other = second ? coloured(known(panel.curves, second), WARM) : [];
     const curves = own.flatMap(curve => [curve, ...other.filter(({ name }) => name === curve.name)]);
     const differences = known(panel.curves.map(curve => ({ ...curve, name: DIFFERENCE + curve.name })), first);
     const title = `Difference, ${panel.title[0].toLowerCase()}${panel.title.slice(1)}`;
     return [{ ...panel, curves }, { title, curves: differences, shown: panel.shown && !panel.change }].filter(({ curves }) => curves.length);
   });
+}
+
+// [left, right, colour] of the modes between two times, each pixel once; `x` is the place of a time, `end` the right edge.
+function shadesOf({ start, code, names }, from, to, x, end) {
+  const shades = [];
+  let drawn = LEFT;
+  for (let i = Math.max(lowerBound(start, from) - 1, 0); i < start.length && start[i] < to; i++) {
+    const next = i + 1 < start.length ? start[i + 1] : Infinity, right = Math.min(x(next), end);
+    if (right < drawn + 0.5 && next < to) continue;
+    shades.push([Math.max(x(start[i]), drawn), right, SHADES[names[code[i]]]]);
+    drawn = right;
+  }
+  return shades;
 }
 
 class Chart {
@@ -68,16 +90,16 @@ class Chart {
     const panel = { ...definition, box, heading: box.appendChild(element("b")), canvas: null, scale: null };
     panel.unit = this.trajectory.unit(definition.curves[0].name);
     const legend = box.appendChild(element("div", undefined, "legend")), two = panel.curves.some(({ source }) => source !== this.run);
-    // Wide below narrow: curves that coincide are both seen. The second of two runs is above the first.
-    const isThin = ({ name }) => name.startsWith("breakaway"), last = panel.curves.findLast(curve => !isThin(curve));
+    // Wide below narrow: curves that coincide are all seen. The second of two runs is above the first.
+    const own = panel.curves.filter(curve => !isThin(curve));
     panel.curves = panel.curves.map(curve => {
       const button = legend.appendChild(element("button"));
-      const made = { ...curve, on: true, shift: 0, thin: isThin(curve), wide: two ? curve.source === this.run : curve !== last, button, output: null };
+      const made = { ...curve, on: true, shift: 0, thin: isThin(curve), wide: two ? Number(curve.source === this.run) : Math.min(own.length - 1 - own.indexOf(curve), 2), button, output: null };
       button.type = "button";
       button.setAttribute("aria-pressed", "true");
       const label = element("span", two && !curve.limit ? `${this.sources.indexOf(curve.source) + 1}  ` : "");
       label.append(...typeset(curve.label));
-      button.append(lineSwatch(curve.colour, curve.limit ? "dashed" : curve.source === this.run ? "solid" : "dotted"), label);
+      button.append(lineSwatch(curve.colour, curve.limit || curve.source !== this.run ? "dashed" : "solid"), label);
       // Of a limit there is no reading.
       if (!curve.limit) made.output = button.appendChild(element("output"));
       button.addEventListener("click", () => this.switchCurve(made, !made.on));
@@ -144,7 +166,7 @@ class Chart {
     this.plotWidth = this.width - LEFT - RIGHT;
     this.scale = this.plotWidth / (this.to - this.from);
     this.ticks = axisOf(this.from, this.to, this.plotWidth, 85);
-    this.shades = this.shadesInView();
+    this.shades = shadesOf(this.run.modes, this.from, this.to, time => this.x(time), this.width - RIGHT);
     for (const source of this.sources) {
       source.columns = this.columnsInView(source.trajectory);
       source.marks = this.eventsInView(source.events);
@@ -177,20 +199,6 @@ class Chart {
     }
     starts.push(last);
     return starts;
-  }
-
-  // [left, right, colour] of the modes, each pixel once.
-  shadesInView() {
-    const { start, code, names } = this.run.modes, shades = [];
-    let drawn = LEFT;
-    for (let i = Math.max(lowerBound(start, this.from) - 1, 0); i < start.length && start[i] < this.to; i++) {
-      const end = i + 1 < start.length ? start[i + 1] : this.limits[1];
-      const right = Math.min(this.x(end), this.width - RIGHT);
-      if (right < drawn + 0.5 && end < this.to) continue;
-      shades.push([Math.max(this.x(start[i]), drawn), right, SHADES[names[code[i]]]]);
-      drawn = right;
-    }
-    return shades;
   }
 
   // [x, index] of the events, one of a kind in three pixels.
@@ -237,7 +245,7 @@ class Chart {
     context.beginPath();
     context.rect(LEFT, top, this.plotWidth, bottom - top);
     context.clip();
-    if (this.eventCount < this.plotWidth / 7) this.drawEventLines(context, top, bottom);
+    if (this.eventCount < this.plotWidth / BETWEEN_EVENTS) this.drawEventLines(context, top, bottom);
     for (const curve of curves) this.drawCurve(context, curve, value => y(value - curve.shift));
     context.restore();
     context.strokeStyle = ink("frame");
@@ -283,7 +291,7 @@ class Chart {
     context.globalAlpha = 1;
   }
 
-  // The second of two runs is dotted, unless it is too dense for that.
+  // The second of two runs is dashed where its samples are few: among many, dashes could not be told from the curve.
   drawCurve(context, curve, y) {
     const { source } = curve, { entries, trajectory } = source, second = source !== this.run && !curve.limit, dense = entries > 2 * this.plotWidth;
     // A line of one pixel takes a fraction of the time of a broader one; where it is dense, it looks the same.
@@ -292,7 +300,7 @@ class Chart {
       context.beginPath();
       trace();
       context.strokeStyle = ink(curve.colour);
-      context.lineWidth = curve.thin ? 1 : curve.wide ? (dense ? 2 : 2.8) : second && !dense ? 2 : thin ? 1 : 1.4;
+      context.lineWidth = curve.thin ? 1 : thin ? 1 + curve.wide : second ? 1.8 : 1.4 + 1.2 * curve.wide;
       context.setLineDash(dash);
       context.stroke();
       context.setLineDash([]);
@@ -301,8 +309,8 @@ class Chart {
       stroke(curve.limit ? [5, 4] : [], () => this.traceColumns(context, source, curve, y));
     } else {
       const points = this.vertices(source, curve.name);
-      stroke(curve.limit ? [5, 4] : second ? [2, 3] : [], () => this.traceVertices(context, source, points, y, false));
-      if (source.sparse.from.length) stroke([7, 5], () => this.traceVertices(context, source, points, y, true));
+      stroke(curve.limit ? [5, 4] : second && !thin ? [7, 3] : [], () => this.traceVertices(context, source, points, y, false));
+      if (source.sparse.from.length) stroke([2, 4], () => this.traceVertices(context, source, points, y, true));
     }
     if (trajectory.bucket) this.drawBands(context, source, curve, y);
     if (entries * 7 < this.plotWidth && !curve.limit) this.drawDots(context, source, curve, y);
@@ -326,7 +334,8 @@ class Chart {
       const i = columns[c], j = columns[c + 1], first = low[i], last = low[j - 1], before = event;
       const end = j < trajectory.size ? trajectory.time[j] : Infinity;
       while (states && event < events.time.length && events.time[event] < end) event++;
-      x = Math.round(this.x(trajectory.time[i]));
+      // In the middle of a pixel, or a line of one pixel would be two pale ones.
+      x = Math.floor(this.x(trajectory.time[i])) + 0.5;
       latest = NaN;
       if (j === i + 1 && event === before) {
         // A bucket that is a column of its own is a band.

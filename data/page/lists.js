@@ -1,12 +1,12 @@
 // What is text on the page of a run.
 
-const micro = text => text.replace(/ us$/, " µs");
+const micro = text => text.replace(/ us$/, " µs").replace(/\d+(\.\d+)?e-?\d+/g, typographic);
 const spaced = name => name.replaceAll("_", " ");
 
 function showTexts(run) {
   const headline = run.headline.map(({ name, value, paper }) => [name, micro(value), ...(run.beside_paper ? [micro(paper)] : [])]);
   byId("headline").append(tableOf(["", "this run", ...(run.beside_paper ? ["paper"] : [])], headline));
-  byId("provenance").append(tableOf(null, run.provenance.map(([name, value]) => [spaced(name), value])));
+  byId("provenance").append(tableOf(null, run.provenance.map(([name, value]) => [spaced(name.replace(/_s$/, ", s")), value])));
   if (run.certificate) showCertificate(run.certificate);
   byId("notes").append(...[...run.trajectory.notes, ...run.notes].map(note => element("li", note)));
   byId("case").textContent = run.case_text;
@@ -59,7 +59,7 @@ function showCertifiedEvents({ time, kind, kinds }, certified) {
 function showCertificate({ attributes, columns }) {
   const place = byId("certificate");
   byId("certificate-card").hidden = false;
-  if (attributes.length) place.append(tableOf(null, attributes.map(([name, value]) => [spaced(name), value])));
+  if (attributes.length) place.append(tableOf(null, attributes.map(([name, value]) => [spaced(name), value.replace(/^\d+(\.\d+)?e-?\d+$/, typographic)])));
   if (!columns.length) return;
   const fold = place.appendChild(element("details"));
   fold.id = "raw-columns";

@@ -20,7 +20,7 @@ const view = { x, y, colour, held: new Map(), log: false, point: -1, dots: false
 // The points in view, the places that the pointer finds, and the frame.
 let shown = [], places = [], plot = null, sides = null, range = null;
 
-const canvas = byId("map");
+const canvas = byId("map"), MANY = 2000;
 const measured = (column, value) => (column.logarithmic ? Math.log10(value) : value);
 const isCells = () => page.grid && view.y.axis;
 const inPlane = () => overlays.filter(({ x, y }) => x === view.x.name && y === view.y.name);
@@ -50,6 +50,9 @@ function sideOf(column, own) {
   return { ...base, low: first, high: last, edges };
 }
 
+// What is drawn last lies on top: of codes with colours of their own the first.
+const ordered = points => (view.colour && view.colour.colours.length ? [...points].sort((a, b) => view.colour.low[b] - view.colour.low[a]) : points);
+
 const codesShown = () => view.colour.words.filter(([code]) => shown.some(point => view.colour.low[point] === code));
 
 // The colour of a point; null without a value.
@@ -59,6 +62,7 @@ function colourOf(point) {
   const value = colour.low[point];
   if (status[point] !== COMPLETE || Number.isNaN(value)) return null;
   let share = 0;
+  if (colour.colours.length) return colour.colours[value];
   if (colour.words.length) {
     const own = codesShown();
     share = own.findIndex(([code]) => code === value) / Math.max(own.length - 1, 1);
@@ -110,7 +114,7 @@ function outlined(context, colour) {
 }
 
 function drawPoints(context, cells) {
-  for (const point of shown) {
+  for (const point of ordered(shown)) {
     const [u, v] = [measured(view.x, view.x.low[point]), measured(view.y, view.y.low[point])], own = colourOf(point);
     const isComplete = status[point] === COMPLETE;
     if (!cells) {
@@ -118,11 +122,12 @@ function drawPoints(context, cells) {
       const [left, top] = [plot.toX(u), plot.toY(v)];
       places.push({ point, box: [left, left, top, top] });
       context.beginPath();
-      context.arc(left, top, shown.length > 2000 ? 2 : 4, 0, 7);
+      context.arc(left, top, shown.length > MANY ? 2.2 : 4, 0, 7);
       context.fillStyle = ink(own || "nothing");
       if (isComplete) context.fill();
       context.strokeStyle = isComplete ? "#00000066" : ink("axis");
-      context.stroke();
+      // The outlines of many points would hide their colours.
+      if (shown.length <= MANY || !isComplete) context.stroke();
       continue;
     }
     const [left, right] = sides.x.edges.get(u).map(plot.toX), [bottom, top] = sides.y.edges.get(v).map(plot.toY);
@@ -219,7 +224,7 @@ function showKey() {
   const box = (background, name) => entries.push(keyEntry(swatch("", { background }), name));
   const line = ({ color, style, label }) => label && entries.push(keyEntry(lineSwatch(color, BORDERS[style] || style), label));
   if (view.colour) {
-    for (const [code, word] of view.colour.words.length ? codesShown() : []) box(colourOf(shown.find(point => view.colour.low[point] === code && status[point] === COMPLETE)) || inked("nothing"), word);
+    for (const [code, word] of view.colour.words.length ? codesShown() : []) box(inked(colourOf(shown.find(point => view.colour.low[point] === code && status[point] === COMPLETE)) || "nothing"), word);
     if (shown.some(point => status[point] === COMPLETE && Number.isNaN(view.colour.low[point]))) box(inked("nothing"), "no value");
   }
   if (shown.some(point => status[point] === FAILED)) box(`${crossed}, ${crossed.replace("top", "bottom")}`, "failed");
@@ -247,21 +252,30 @@ function ownScale() {
   view.log = low > 0 && !view.colour.words.length && high >= 100 * low;
 }
 
+// The part that the file is about: the region of a calibration. What is around it is one click away.
+function regionShown() {
+  const [region] = inPlane().filter(({ region }) => region);
+  if (!region) return null;
+  const side = k => padded(...extent(region.curves.flatMap(({ pieces }) => pieces.flat()).map(at => measured([view.x, view.y][k], at[k]))), REGION_MARGIN);
+  return { x: side(0), y: side(1) };
+}
+const REGION_MARGIN = 0.4;
+
 function choose(role, column) {
   // An axis that both would have is exchanged.
   if (role === "x" && column === view.y) view.y = view.x;
   if (role === "y" && column === view.x) view.x = view.y.axis ? view.y : xs.find(axis => axis !== column);
   view[role] = column;
   if (role === "colour") ownScale();
-  else view.window = null;
+  else view.window = regionShown();
   refresh();
+  hover(view.point < 0 ? null : { point: view.point });
 }
 
-const told = column => (column.about && column.about !== column.label ? `${column.label}: ${column.about}` : column.label);
 function refresh() {
   fill(byId("y"), ys.map(column => [column.label, column]), view.y, column => choose("y", column));
   fill(byId("x"), xs.map(column => [column.label, column]), view.x, column => choose("x", column));
-  fill(byId("colour"), lines.length ? [] : [...values.map(column => [told(column), column]), ["none", null]], view.colour, column => choose("colour", column));
+  fill(byId("colour"), lines.length ? [] : [...values.map(column => [column.label, column]), ["none", null]], view.colour, column => choose("colour", column));
   byId("held").replaceChildren(...heldAxes().map(axis => {
     const label = element("label", axis.label), select = label.appendChild(element("select"));
     if (!view.held.has(axis)) view.held.set(axis, axis.levels[Math.floor(axis.levels.length / 2)]);
@@ -277,6 +291,7 @@ function refresh() {
   byId("log").parentElement.hidden = !view.colour || view.colour.words.length > 0 || !(range[0] > 0 && range[1] > range[0]);
   byId("log").checked = view.log;
   byId("dots").parentElement.hidden = !lines.length;
+  byId("region").hidden = byId("everything").hidden = !regionShown();
   showKey();
 }
 for (const [id, name] of [["log", "log"], ["dots", "dots"]]) {
@@ -331,7 +346,13 @@ function hover(place) {
     parts.push(...columns.filter(column => column.role === "brief" && !Number.isNaN(column.low[point])).map(column => valueOf(column, point)));
     parts.push(...new Set(own.map(column => `${column.label}: ${valueOf(column, point)}`)));
   }
-  byId("readout").textContent = parts.join("; ");
+  byId("readout").textContent = parts.join("; ") || explanation();
+}
+
+// What is drawn, where the pointer reads nothing.
+function explanation() {
+  const told = [view.colour || view.y].filter(({ axis, about, label, name }) => !axis && about && about !== label && about !== name);
+  return [...told.map(({ label, about }) => `${label[0].toUpperCase()}${label.slice(1)}: ${about}.`), "Point at the figure to read values."].join(" ");
 }
 
 // As a POSIX shell takes it, and as TOML does.
@@ -360,6 +381,7 @@ function select(point) {
   const command = commandOf(point);
   byId("point").textContent = titleOf(point);
   byId("chosen").hidden = false;
+  byId("unchosen").hidden = true;
   byId("command").textContent = command || "";
   byId("command").hidden = byId("copy").hidden = !command;
   byId("copy").lastChild.textContent = "";
@@ -400,10 +422,12 @@ canvas.addEventListener("wheel", event => {
   };
   draw();
 }, { passive: false });
-canvas.addEventListener("dblclick", () => {
-  view.window = null;
-  draw();
-});
+for (const [one, kind, window] of [[canvas, "dblclick", () => null], [byId("everything"), "click", () => null], [byId("region"), "click", regionShown]]) {
+  one.addEventListener(kind, () => {
+    view.window = window();
+    draw();
+  });
+}
 
 // The next point along a branch, or the first one of another branch.
 function alongGroups(point, [right, up]) {
@@ -436,7 +460,9 @@ canvas.addEventListener("keydown", event => {
 canvas.setAttribute("aria-label", `The points of the file. ${page.hint}`);
 byId("hint").textContent = `${page.hint} Ctrl (or ⌘) and wheel: zoom; after a click on the figure the wheel alone. Double click: everything.`;
 ownScale();
+view.window = regionShown();
 refresh();
+hover(null);
 showTheme();
 onTheme.push(() => {
   draw();

@@ -19,6 +19,7 @@ if (page.orbit) {
 const root = byId("chart");
 root.classList.toggle("bands", trajectory.bucket !== null);
 const chart = new Chart(root, page.panels, second ? [source, second] : [source], afterDraw);
+const overview = new Overview(byId("overview"), chart);
 const list = new EventList(byId("events"), events, certified, goToEvent);
 const portraits = page.portraits.map(one => new Portrait(portraitCard(one), source, one.x, one.y));
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
@@ -27,6 +28,8 @@ onTheme.push(() => chart.schedule(), () => durations.draw());
 // Portraits of more entries than this wait until the view rests.
 const QUICK = 600;
 let resting = 0;
+const READING = "Point at a curve to read it.";
+byId("sample-time").textContent = READING;
 // Where the pointer is over the figure, px.
 let pointer = null;
 
@@ -56,7 +59,8 @@ function afterDraw() {
   let bands = 0;
   if (trajectory.bucket) for (let i = first; i < last; i++) bands += trajectory.isBucket(i);
   const held = `${(last - first - bands).toLocaleString("en")} samples${bands ? ` and ${bands.toLocaleString("en")} bands` : ""}`;
-  byId("view").textContent = `${chart.from.toFixed(digits)} to ${chart.to.toFixed(digits)} s (${span}); ${held} in view`;
+  overview.draw();
+  byId("view").textContent = `${chart.from.toFixed(digits)} to ${chart.to.toFixed(digits)} s (${span}), ${held} in view`;
   root.dataset.from = String(chart.from);
   root.dataset.to = String(chart.to);
   if (pointer !== null) hover(pointer);
@@ -75,7 +79,7 @@ function showUndersampled() {
   const inView = ({ sparse: { from, to } }) => Math.max(lowerBound(from, chart.to) - upperBound(to, chart.from), 0);
   const stretches = someSparse.reduce((sum, one) => sum + inView(one), 0);
   const remedies = someSparse.filter(inView).map(one => one.sparse.remedy).filter(Boolean);
-  const text = stretches ? `Dashed: ${stretches === 1 ? "a stretch" : `${stretches} stretches`} between events with too few samples for a true curve; only the states at the events are exact. ` : "";
+  const text = stretches ? `Dotted: ${stretches === 1 ? "a stretch" : `${stretches} stretches`} between events with too few samples for a true curve; only the states at the events are exact. ` : "";
   const said = [text, ...remedies].join();
   if (said === byId("undersampled").dataset.said) return;
   byId("undersampled").dataset.said = said;
@@ -111,23 +115,27 @@ function step(by) {
   goToEvent(Math.min(Math.max(next, 0), events.time.length - 1));
 }
 
+// From the first stick to the last of all runs; a single stick, which ends the motion, is no stick-slip.
+const sticksOf = ({ events: { kinds, kind, time } }) => Array.from(time).filter((_, k) => kinds[kind[k]] === "stick");
+const sticks = chart.sources.map(sticksOf).filter(times => times.length > 1).flat().sort((a, b) => a - b);
 function stickSlipView() {
-  const sticks = Array.from(events.kind.keys()).filter(i => events.kinds[events.kind[i]] === "stick");
-  const first = events.time[sticks[0]], last = events.time[sticks[sticks.length - 1]];
+  const [first, last] = [sticks[0], sticks[sticks.length - 1]];
   const margin = Math.max((last - first) * 0.05, 2 * (page.natural_period || 1e-4));
   return [first - margin, last + margin];
 }
 
 const wholeRun = () => chart.setView(...chart.limits);
-const hasSticks = events.kind.some(code => events.kinds[code] === "stick");
-// At first a short interval of stick-slip, or the whole run.
+// At first a short interval of stick-slip, or the last of many periods, or the whole run.
+const MANY_PERIODS = 25, FEW_PERIODS = 5;
 function firstView() {
-  const [from, to] = hasSticks ? stickSlipView() : chart.limits;
-  if (to - from < (chart.limits[1] - chart.limits[0]) / 3) chart.setView(from, to);
+  const whole = chart.limits[1] - chart.limits[0], period = page.orbit?.period;
+  const [from, to] = sticks.length ? stickSlipView() : chart.limits;
+  if (to - from < whole / 3) chart.setView(from, to);
+  else if (period && whole > MANY_PERIODS * period) chart.setView(page.orbit.to - FEW_PERIODS * period, page.orbit.to);
   else wholeRun();
 }
 byId("whole").addEventListener("click", wholeRun);
-byId("stick-slip").disabled = !hasSticks;
+byId("stick-slip").disabled = !sticks.length;
 byId("stick-slip").addEventListener("click", () => chart.setView(...stickSlipView()));
 byId("zoom-in").addEventListener("click", () => chart.zoom(0.5));
 byId("zoom-out").addEventListener("click", () => chart.zoom(2));
@@ -147,13 +155,27 @@ const filter = byId("event-filter");
 filter.append(new Option(`all ${events.time.length}`, ""), ...kindsPresent.map(kind => new Option(kind, kind)));
 filter.addEventListener("change", () => list.filter(filter.value));
 
-const key = byId("key"), inModes = [...new Set(source.modes.code)].filter(code => code in source.modes.names);
-for (const [number, one] of second ? [[1, page], [2, page.second]] : []) key.append(keyEntry(lineSwatch("axis", number === 1 ? "solid" : "dotted"), `${number} ${one.file}`));
-key.append(element("span", "mode:"));
-for (const name of inModes.map(code => source.modes.names[code])) key.append(keyEntry(swatch("", { background: inked(SHADES[name]) }), name));
-if (kindsPresent.length) key.append(element("span", "event:"));
-for (const kind of kindsPresent) key.append(keyEntry(markElement(GLYPHS[kind]), kind));
-if (someSparse.length) key.append(keyEntry(lineSwatch("axis", "dashed"), "too few samples"));
+// The legend: the runs; the ground of each mode, with the mark of the event that begins it; the other events.
+const key = byId("key"), inModes = [...new Set(source.modes.code)].filter(code => code in source.modes.names).map(code => source.modes.names[code]);
+const BEGINS = { "stick": "stick", "slip-forward": "slip", "separated": "separation" };
+byId("runs").hidden = !second;
+root.classList.toggle("two", second !== null);
+for (const [number, one, hues, style] of second ? [[1, page, COOL, "solid"], [2, page.second, WARM, "dashed"]] : []) {
+  const entry = byId("runs").appendChild(element("span"));
+  entry.append(...hues.slice(0, 3).map(colour => lineSwatch(colour, style)), `run ${number}: ${one.file}`);
+}
+if (second) {
+  byId("runs").append(element("span", "Ground, list and cards: run 1."));
+  byId("events-of").textContent = "Events of run 1";
+}
+for (const mode of inModes) {
+  const ground = swatch("", { background: inked(SHADES[mode]) }), begin = kindsPresent.includes(BEGINS[mode]) && BEGINS[mode];
+  if (begin) ground.append(markElement(GLYPHS[begin]));
+  key.append(keyEntry(ground, mode === "slip-forward" && !inModes.includes("slip-backward") ? "slip" : mode.replace("-", " ")));
+}
+const begun = inModes.map(mode => BEGINS[mode]);
+for (const kind of kindsPresent.filter(kind => !begun.includes(kind))) key.append(keyEntry(markElement(GLYPHS[kind]), kind));
+if (someSparse.length) key.append(keyEntry(lineSwatch("axis", "dotted"), "too few samples"));
 
 const choices = byId("panel-choice").querySelector("div"), boxes = [];
 for (const panel of chart.panels) {
@@ -308,7 +330,7 @@ function hover(x) {
       } else curve.output.textContent = trajectory.isBucket(entry) ? `${read(low[entry])} to ${read(high[entry])}` : read(low[entry]);
     }
   }
-  byId("sample-time").textContent = entry < 0 ? "" : `sample at ${trajectory.time[entry].toFixed(12)} s`;
+  byId("sample-time").textContent = entry < 0 ? READING : `sample at ${trajectory.time[entry].toFixed(12)} s`;
 }
 
 // Two cursors at any times, s, or null; they are read from the curves.
@@ -380,11 +402,11 @@ function showCursors() {
 const slug = text => text.toLowerCase().replace(/[^a-z0-9]+/g, "-");
 const shownAtFirst = chart.panels.map(({ shown }) => shown);
 firstView();
-const begun = [chart.from, chart.to];
+const opened = [chart.from, chart.to];
 const offName = (panel, { name, source: one }) => `${slug(panel.title)}.${name}${one === source ? "" : ".2"}`;
 function viewText() {
   const parts = [];
-  if (chart.from !== begun[0] || chart.to !== begun[1]) parts.push(`t=${chart.from},${chart.to}`);
+  if (chart.from !== opened[0] || chart.to !== opened[1]) parts.push(`t=${chart.from},${chart.to}`);
   if (chart.panels.some(({ shown }, k) => shown !== shownAtFirst[k])) parts.push(`panels=${chart.panels.filter(({ shown }) => shown).map(({ title }) => slug(title)).join(",")}`);
   const off = chart.panels.flatMap(panel => panel.curves.filter(({ on }) => !on).map(curve => offName(panel, curve)));
   if (off.length) parts.push(`off=${off.join(",")}`);

@@ -54,6 +54,7 @@ pub(super) const RUN: Assets = Assets {
         AXIS,
         include_str!("../../data/page/trajectory.js"),
         include_str!("../../data/page/chart.js"),
+        include_str!("../../data/page/overview.js"),
         include_str!("../../data/page/figures.js"),
         include_str!("../../data/page/lists.js"),
         include_str!("../../data/page/run.js"),
@@ -184,6 +185,8 @@ pub(super) struct PointColumn {
     pub(super) about: String,
     /// Codes and their meanings, if the values are codes.
     pub(super) words: Vec<(i64, String)>,
+    /// Colour of each code from 0; empty: from the scale. Points of lower codes are drawn above the others.
+    pub(super) colours: Vec<String>,
     pub(super) logarithmic: bool,
     /// Significant digits; `None`: exact.
     pub(super) digits: Option<usize>,
@@ -235,6 +238,8 @@ pub(super) struct Overlay {
     pub(super) y: String,
     pub(super) curves: Vec<Curve>,
     pub(super) labels: Vec<((f64, f64), String)>,
+    /// Whether the curves frame what the page opens on.
+    pub(super) region: bool,
 }
 
 /// A column, and some of its codes.

@@ -117,8 +117,8 @@ pub(crate) fn html(pages: &[Page], mark: &str) -> String {
     let mut body = String::new();
     for page in pages {
         body += &format!("<h1>{}</h1>\n", escaped(&page.title));
-        if !page.verdict.is_empty() {
-            body += &format!("<p class=\"verdict\">{}</p>\n", escaped(&page.verdict));
+        for line in page.verdict.lines() {
+            body += &format!("<p class=\"verdict\">{}</p>\n", escaped(line));
         }
         body.extend(page.parts.iter().map(html_part));
     }

@@ -106,7 +106,8 @@ mod marks {
 
 mod colors {
     use plotters::style::RGBColor;
-    use stickslip::plot::style::{LIGHTNESS, shade, shade_of_code};
+    use stickslip::plot::style::{BLUE, LIGHTNESS, ground, of_mode, shade, shade_of_code};
+    use stickslip::model::Mode;
 
     /// L* of a colour, from its luminance (ITU-R BT.709): its brightness in a grey print and for colour-blind eyes.
     fn lightness(RGBColor(r, g, b): RGBColor) -> f64 {
@@ -127,6 +128,33 @@ mod colors {
             let own = lightness(shade(f64::from(k) / 63.0));
             assert!((own - (LIGHTNESS.0 + step * f64::from(k))).abs() < 0.5, "{k}: {own}");
         }
+    }
+
+    /// The ground of a mode is its colour of the figures, mixed with white by its opacity, and curves have the figures' colours.
+    #[test]
+    fn analytic_pages_have_the_colours_of_the_figures() {
+        let css = include_str!("../../data/page/light.css").to_ascii_lowercase();
+        let value = |name: &str| {
+            let (_, rest) = css.split_once(&format!("--{name}: ")).unwrap_or_else(|| panic!("no colour {name}"));
+            rest.split(';').next().unwrap().to_owned()
+        };
+        let hex = |RGBColor(r, g, b): RGBColor| format!("#{r:02x}{g:02x}{b:02x}");
+        let modes = [
+            ("slip", Mode::SlipForward),
+            ("slip", Mode::Engaged),
+            ("backward", Mode::SlipBackward),
+            ("stick", Mode::Stick),
+            ("separated", Mode::Separated),
+        ];
+        for (name, mode) in modes {
+            let (RGBColor(r, g, b), opacity) = ground(mode);
+            let mixed = |part: u8| (255.0 + (f64::from(part) - 255.0) * opacity).round() as u8;
+            assert_eq!(value(name), hex(RGBColor(mixed(r), mixed(g), mixed(b))), "{name}");
+        }
+        for (name, mode) in [("blue", Mode::SlipForward), ("vermillion", Mode::Stick), ("purple", Mode::SlipBackward)] {
+            assert_eq!(value(name), hex(of_mode(mode)), "{name}");
+        }
+        assert_eq!(value("blue"), hex(BLUE));
     }
 
     #[test]

@@ -267,6 +267,7 @@ fn overlay(file: &Branches) -> Option<Overlay> {
         y: name.clone(),
         curves: file.plane_curves(),
         labels: Vec::new(),
+        region: false,
     })
     .filter(|overlay| !overlay.curves.is_empty())
 }

@@ -63,12 +63,25 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
     if let Some((x, y, panel)) = critical::panel(file)? {
         plane = Some([data.axis(&x)?, data.axis(&y)?]);
         let (curves, labels) = (panel.curves, panel.labels);
-        overlays.push(Overlay { x, y, curves, labels });
+        overlays.push(Overlay {
+            x,
+            y,
+            curves,
+            labels,
+            region: false,
+        });
     }
     if !file.variables("calibration").is_empty() {
         let (region, residuals) = region::of_page(file, &data)?;
         overlays.extend(region);
         shown = residuals.map(|residuals| {
+            let (axis, about) = (Axis::new("held targets", "1"), "by the largest residual of a held target");
+            let groups = residuals.iter().map(|&worst| region::group_of(worst)).collect();
+            columns.push(PointColumn {
+                words: (0..).zip(region::GROUPS.map(|group| group.0.to_owned())).collect(),
+                colours: region::GROUPS.map(|group| style::name(group.1)).into(),
+                ..PointColumn::new(ColumnRole::Value, "held_targets", axis, about, groups)
+            });
             let axis = Axis::new("largest residual", "1");
             let about = "largest residual of the held targets, in half-widths: they hold below 1";
             let values = residuals.into_iter().collect();

@@ -6,6 +6,7 @@ use crate::Error;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use crate::plot::html::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
+use plotters::style::RGBColor;
 use stickslip_files::StudyFile;
 
 /// Largest residual that is coloured. Colours outside the region show the slope there.
@@ -42,6 +43,23 @@ pub(super) fn figures(file: &StudyFile, data: &StudyData) -> Result<Vec<Figure>,
     Ok(figures)
 }
 
+/// Groups of runs by their largest residual, with their colours, the innermost first.
+pub(super) const GROUPS: [(&str, RGBColor); 3] = [
+    ("all held targets hold", BLUE),
+    ("up to 4 half-widths off", ORANGE),
+    ("other runs of the search", GREY),
+];
+
+/// The group of a run; NaN: none.
+pub(super) fn group_of(worst: f64) -> f64 {
+    match worst {
+        worst if worst.is_nan() => f64::NAN,
+        worst if worst <= 1.0 => 0.0,
+        worst if worst <= NEAR => 1.0,
+        _ => 2.0,
+    }
+}
+
 /// For the page: optimum, compromise and bounds of each pair of parameters, and the largest residual of each run if a
 /// target is held.
 pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay>, Option<Vec<f64>>), Error> {
@@ -50,13 +68,18 @@ pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay
     for (a, x) in data.axes.iter().enumerate() {
         for (b, y) in data.axes.iter().enumerate().filter(|(b, _)| *b != a) {
             let mut curves = marks(&found[a], &found[b]);
-            curves.push(bounds(&found[a], &found[b]));
+            let frame = bounds(&found[a], &found[b]);
+            let extent = |of: &RegionParameter| of.largest - of.least;
+            // Bounds that agree up to rounding have no interior.
+            let region = [a, b].iter().all(|&k| extent(&found[k]) > 1e-12 * found[k].largest.abs());
+            curves.push(frame);
             curves.retain(|curve| curve.points().all(|(x, y)| x.is_finite() && y.is_finite()));
             overlays.push(Overlay {
                 x: x.name.clone(),
                 y: y.name.clone(),
                 curves,
                 labels: Vec::new(),
+                region,
             });
         }
     }
@@ -144,18 +167,12 @@ fn side(axis: &StudyColumn, found: &RegionParameter) -> Axis {
 
 fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: &[f64]) -> Figure {
     let place = |point: usize| (data.axes[a].values[point], data.axes[b].values[point]);
-    let group = |within: &dyn Fn(f64) -> bool| -> Vec<(f64, f64)> {
-        let points = (0..worst.len()).filter(|&point| within(worst[point]));
-        points.map(place).collect()
-    };
-    let far = group(&|worst| worst > NEAR);
-    let near = group(&|worst| worst > 1.0 && worst <= NEAR);
-    let inside = group(&|worst| worst <= 1.0);
-    let mut curves = drawn([
-        Curve::line("runs of the search", GREY, far).styled(CurveStyle::Dots),
-        Curve::line("up to 4 half-widths off", ORANGE, near).styled(CurveStyle::Dots),
-        Curve::line("all held targets hold", BLUE, inside.clone()).styled(CurveStyle::Dots),
-    ]);
+    // The innermost group is drawn last.
+    let mut curves = drawn([2, 1, 0].map(|group| {
+        let points = (0..worst.len()).filter(|&point| group_of(worst[point]) == group as f64);
+        let (label, color) = GROUPS[group];
+        Curve::line(label, color, points.map(place).collect()).styled(CurveStyle::Dots)
+    }));
     curves.extend(marks(&found[a], &found[b]));
     let whole = Panel::new(
         side(&data.axes[a], &found[a]),
