@@ -60,7 +60,8 @@ function afterDraw() {
   if (trajectory.bucket) for (let i = first; i < last; i++) bands += trajectory.isBucket(i);
   const held = `${(last - first - bands).toLocaleString("en")} samples${bands ? ` and ${bands.toLocaleString("en")} bands` : ""}`;
   overview.draw();
-  byId("view").textContent = `${chart.from.toFixed(digits)} to ${chart.to.toFixed(digits)} s (${span}), ${held} in view`;
+  byId("view").textContent = `${chart.from.toFixed(digits)} to ${chart.to.toFixed(digits)} s (${span})`;
+  byId("in-view").textContent = `${held} in view`;
   root.dataset.from = String(chart.from);
   root.dataset.to = String(chart.to);
   if (pointer !== null) hover(pointer);
