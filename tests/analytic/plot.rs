@@ -106,8 +106,8 @@ mod marks {
 
 mod colors {
     use plotters::style::RGBColor;
-    use stickslip::plot::style::{BLUE, LIGHTNESS, ground, of_mode, shade, shade_of_code};
     use stickslip::model::Mode;
+    use stickslip::plot::style::{BLUE, LIGHTNESS, ground, of_mode, shade, shade_of_code};
 
     /// L* of a colour, from its luminance (ITU-R BT.709): its brightness in a grey print and for colour-blind eyes.
     fn lightness(RGBColor(r, g, b): RGBColor) -> f64 {
@@ -135,7 +135,9 @@ mod colors {
     fn analytic_pages_have_the_colours_of_the_figures() {
         let css = include_str!("../../data/page/light.css").to_ascii_lowercase();
         let value = |name: &str| {
-            let (_, rest) = css.split_once(&format!("--{name}: ")).unwrap_or_else(|| panic!("no colour {name}"));
+            let (_, rest) = css
+                .split_once(&format!("--{name}: "))
+                .unwrap_or_else(|| panic!("no colour {name}"));
             rest.split(';').next().unwrap().to_owned()
         };
         let hex = |RGBColor(r, g, b): RGBColor| format!("#{r:02x}{g:02x}{b:02x}");
@@ -151,7 +153,11 @@ mod colors {
             let mixed = |part: u8| (255.0 + (f64::from(part) - 255.0) * opacity).round() as u8;
             assert_eq!(value(name), hex(RGBColor(mixed(r), mixed(g), mixed(b))), "{name}");
         }
-        for (name, mode) in [("blue", Mode::SlipForward), ("vermillion", Mode::Stick), ("purple", Mode::SlipBackward)] {
+        for (name, mode) in [
+            ("blue", Mode::SlipForward),
+            ("vermillion", Mode::Stick),
+            ("purple", Mode::SlipBackward),
+        ] {
             assert_eq!(value(name), hex(of_mode(mode)), "{name}");
         }
         assert_eq!(value("blue"), hex(BLUE));

@@ -75,7 +75,10 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
         let (region, residuals) = region::of_page(file, &data)?;
         overlays.extend(region);
         shown = residuals.map(|residuals| {
-            let (axis, about) = (Axis::new("held targets", "1"), "by the largest residual of a held target");
+            let (axis, about) = (
+                Axis::new("held targets", "1"),
+                "by the largest residual of a held target",
+            );
             let groups = residuals.iter().map(|&worst| region::group_of(worst)).collect();
             columns.push(PointColumn {
                 words: (0..).zip(region::GROUPS.map(|group| group.0.to_owned())).collect(),

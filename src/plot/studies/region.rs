@@ -71,7 +71,9 @@ pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay
             let frame = bounds(&found[a], &found[b]);
             let extent = |of: &RegionParameter| of.largest - of.least;
             // Bounds that agree up to rounding have no interior.
-            let region = [a, b].iter().all(|&k| extent(&found[k]) > 1e-12 * found[k].largest.abs());
+            let region = [a, b]
+                .iter()
+                .all(|&k| extent(&found[k]) > 1e-12 * found[k].largest.abs());
             curves.push(frame);
             curves.retain(|curve| curve.points().all(|(x, y)| x.is_finite() && y.is_finite()));
             overlays.push(Overlay {
