@@ -1,7 +1,6 @@
-//! Commands of the program in this process: certify, compare, sweep, modes, cycle, continue.
+//! Commands of the program in this process, whose reports are shown: certify, compare, modes, cycle.
 
 use crate::errors::of_command;
-use crate::executor::Tasks;
 use crate::waiting::interruptible;
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -11,22 +10,11 @@ use stickslip::cli::{Said, capture};
 type Outcome = (String, Option<String>, Vec<String>, Option<String>);
 
 /// Runs a command of the program. With `keeps` an error after its document is returned, not raised: it fell short of what was
-/// asked. `progress` is called with what is done, of how much. `tasks` run the points of a sweep.
+/// asked.
 #[pyfunction]
-#[pyo3(signature = (arguments, keeps=false, progress=None, tasks=None))]
-pub fn command(
-    py: Python<'_>,
-    arguments: Vec<OsString>,
-    keeps: bool,
-    progress: Option<Py<PyAny>>,
-    tasks: Option<Py<PyAny>>,
-) -> PyResult<Outcome> {
-    let (said, end) = interruptible(py, progress, |watch| {
-        if let Some(tasks) = tasks {
-            watch.let_run(Box::new(Tasks(tasks)));
-        }
-        capture(arguments, watch)
-    })?;
+#[pyo3(signature = (arguments, keeps=false))]
+pub fn command(py: Python<'_>, arguments: Vec<OsString>, keeps: bool) -> PyResult<Outcome> {
+    let (said, end) = interruptible(py, None, |watch| capture(arguments, watch.stop.clone()))?;
     let Said {
         text,
         document,

@@ -7,6 +7,7 @@ mod errors;
 mod executor;
 mod probe;
 mod run;
+mod studies;
 mod study;
 mod waiting;
 
@@ -32,6 +33,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(probe::set_probe, module)?)?;
     module.add_function(wrap_pyfunction!(probe::probe, module)?)?;
     module.add_function(wrap_pyfunction!(executor::evaluate, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::follow, module)?)?;
     module.add_function(wrap_pyfunction!(commands::command, module)?)?;
     module.add_function(wrap_pyfunction!(commands::cases, module)?)?;
     Ok(())

@@ -12,16 +12,21 @@ use std::sync::Mutex;
 use stickslip::analysis::KeptReport;
 use stickslip::analysis::headline::{self, HeadlineRow};
 use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
+use stickslip::model::Mode;
+use stickslip::record::{Channels, State};
 use stickslip::results::schema::{StorageKind, Variable};
 use stickslip::results::{
     AttributeValue, ColumnValues, Extra, FileColumn, KeptTable, KeptView, Overwrite, ResultError, ResultFile, Status,
     open_sound,
 };
+use stickslip::simulation::Course;
 
 /// Name, unit, description, codes with their words, and type of a column.
 type Column = (String, String, String, Vec<(i64, String)>, &'static str);
 /// Name, value, unit and description of a quantity.
 type Quantity = (String, f64, String, String);
+/// Values before and after each event.
+type Sides<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 /// Name, value, and the paper's value.
 type Line = (String, String, String);
 
@@ -158,6 +163,54 @@ impl Run {
         Ok(kept.bind(py).clone())
     }
 
+    /// Forces, torques and energies before and after every event, as far as the state determines them.
+    fn at_events<'py>(&self, py: Python<'py>) -> PyResult<HashMap<&'static str, Sides<'py>>> {
+        let floats = |group: &str, name: String| -> PyResult<Vec<f64>> {
+            let column = self.column(py, group.to_owned(), name)?;
+            let column: PyReadonlyArray1<'_, f64> = column.call_method1("astype", ("float64",))?.extract()?;
+            Ok(column.as_slice()?.to_vec())
+        };
+        let case = Case::read(&CaseSource::text(&self.resolved), &[]).map_err(|error| of_case(py, &error))?;
+        let course = Course::new(&case.system, case.threshold, &case.solver);
+        let times = floats("events", "time".to_owned())?;
+        let first = floats("segments", "mode".to_owned())?.first().copied();
+        let after = floats("events", "mode_after".to_owned())?;
+        let before: Vec<f64> = first.into_iter().chain(after.iter().copied()).take(times.len()).collect();
+        let mut sides = Vec::new();
+        for (side, modes) in [("before", &before), ("after", &after)] {
+            let columns = |names: Vec<String>| -> PyResult<Vec<Vec<f64>>> {
+                let column = |name: String| floats("events", format!("{name}_{side}"));
+                names.into_iter().map(column).collect()
+            };
+            let of_state = columns(State::CHANNELS.iter().map(|one| one.name.to_owned()).collect())?;
+            let further = columns(course.further().into_iter().map(|one| one.name).collect())?;
+            let mut rows = vec![Vec::with_capacity(times.len()); Channels::COUNT];
+            for (row, (&time, &code)) in times.iter().zip(modes).enumerate() {
+                let state = State::from_values(std::array::from_fn(|channel| of_state[channel][row]));
+                let more: Vec<f64> = further.iter().map(|column| column[row]).collect();
+                // What a signal jumps to belongs to the state after its corner.
+                let at = if side == "before" { time.next_down().max(0.0) } else { time };
+                let mode = Mode::ALL.into_iter().find(|mode| f64::from(mode.code()) == code);
+                let mode = mode.ok_or_else(|| internal(py))?;
+                let channels = course.channels(mode, at, &course.state(&state, &more));
+                for (column, value) in rows.iter_mut().zip(channels.with_products(&state).values()) {
+                    column.push(value);
+                }
+            }
+            sides.push(rows);
+        }
+        let mut both = sides.into_iter();
+        let (Some(before), Some(after)) = (both.next(), both.next()) else {
+            return Err(internal(py));
+        };
+        let found = Channels::CHANNELS.iter().zip(before.into_iter().zip(after));
+        let found = found.filter(|(channel, _)| !channel.has_history);
+        let array = |values: Vec<f64>| PyArray1::from_vec(py, values);
+        Ok(found
+            .map(|(channel, (before, after))| (channel.name, (array(before), array(after))))
+            .collect())
+    }
+
     /// Writes the result file of a run in memory; returns where it is.
     fn save(&self, py: Python<'_>, path: PathBuf, replace: bool) -> PyResult<PathBuf> {
         let Rows::Kept { end, order, .. } = &self.rows else {
@@ -268,12 +321,13 @@ pub fn run(
     overrides: Vec<String>,
     witness: bool,
     trajectory: bool,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Run> {
     let (mut case, given) = case_of(py, kind, text, &overrides)?;
     if !trajectory {
         case.without_trajectory();
     }
-    let signals = Signals::new();
+    let signals = Signals::new(progress);
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
             KeptReport::of_run(&case, &given, witness, trajectory, &signals)

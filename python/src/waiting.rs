@@ -2,42 +2,97 @@
 
 use crate::errors::exception;
 use pyo3::prelude::*;
+use std::fmt::Arguments;
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use stickslip::Watch;
-use stickslip::cli::CommandHandle;
 
 /// Signals are looked for so often.
 const INTERVAL: Duration = Duration::from_millis(50);
 /// Of a thread that computes: that of the program's main thread.
 const STACK: usize = 8 << 20;
 
-/// Observer that ends a computation after a signal: the time of the last look, and what the signal's handler raised,
-/// KeyboardInterrupt as a rule.
-pub struct Signals(Mutex<(Instant, Option<PyErr>)>);
+/// Observer in the thread of Python, which ends a computation after a signal or an exception of `progress`.
+pub struct Signals {
+    /// The time of the last look, and what was raised: KeyboardInterrupt as a rule.
+    state: Mutex<(Instant, Option<PyErr>)>,
+    progress: Option<Py<PyAny>>,
+}
 
 impl Signals {
-    pub fn new() -> Self {
-        Signals(Mutex::new((Instant::now(), None)))
+    /// `progress` is called with what is done, of how much, both in s of simulated time.
+    pub fn new(progress: Option<Py<PyAny>>) -> Self {
+        Signals {
+            state: Mutex::new((Instant::now(), None)),
+            progress,
+        }
     }
 
     pub fn raised(self) -> Option<PyErr> {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner).1
+        self.state.into_inner().unwrap_or_else(PoisonError::into_inner).1
+    }
+
+    fn look(&self, done: Option<(f64, f64)>) -> bool {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (last, raised) = &mut *state;
+        if raised.is_none() && last.elapsed() >= INTERVAL {
+            *last = Instant::now();
+            *raised = Python::attach(|py| {
+                py.check_signals()?;
+                match (&self.progress, done) {
+                    (Some(progress), Some(numbers)) => progress.call1(py, numbers).map(drop),
+                    _ => Ok(()),
+                }
+            })
+            .err();
+        }
+        raised.is_some()
     }
 }
 
 impl Watch for Signals {
     fn stopped(&self) -> bool {
-        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let (last, raised) = &mut *state;
-        if raised.is_none() && last.elapsed() >= INTERVAL {
-            *last = Instant::now();
-            *raised = Python::attach(|py| py.check_signals()).err();
+        self.look(None)
+    }
+
+    fn at(&self, done: f64, of: f64, _what: Arguments<'_>) -> ControlFlow<()> {
+        match self.look(Some((done, of))) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         }
-        raised.is_some()
+    }
+}
+
+/// Observer of a computation in a thread of its own.
+#[derive(Debug, Default)]
+pub struct Handle {
+    /// Ends the computation in good order.
+    pub stop: Arc<AtomicBool>,
+    /// What is done, of how much; `None` before the start.
+    progress: Mutex<Option<(u64, u64)>>,
+}
+
+impl Handle {
+    fn progress(&self) -> Option<(u64, u64)> {
+        *self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Watch for Handle {
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn at(&self, done: f64, of: f64, _what: Arguments<'_>) -> ControlFlow<()> {
+        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some((done as u64, of as u64));
+        match self.stopped() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
     }
 }
 
@@ -46,11 +101,11 @@ impl Watch for Signals {
 pub fn interruptible<T: Send>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(Arc<CommandHandle>) -> T + Send,
+    work: impl FnOnce(Arc<Handle>) -> T + Send,
 ) -> PyResult<T> {
-    let watch = Arc::new(CommandHandle::default());
+    let watch = Arc::new(Handle::default());
     let mut told = None;
-    let mut tell = |watch: &CommandHandle| -> PyResult<()> {
+    let mut tell = |watch: &Handle| -> PyResult<()> {
         let now = watch.progress();
         match (&progress, now) {
             (Some(progress), Some(numbers)) if now != told => {

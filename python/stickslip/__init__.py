@@ -12,10 +12,11 @@ import sys as _sys
 
 from . import _native, _probe
 from ._case import Case, cases
-from ._branches import continue_
+from ._branches import continue_, follow
 from ._certificate import Certificate, certify
 from ._comparison import Comparison, compare
 from ._cycle import Cycle, cycle
+from ._draw import plot
 from ._errors import CaseError, FileError, InputError, RunError, StickslipError, StickslipWarning
 from ._modes import Modes, modes
 from ._native import __version__
@@ -46,8 +47,10 @@ __all__ = [
     "compare",
     "continue_",
     "cycle",
+    "follow",
     "modes",
     "open",
+    "plot",
     "run",
     "sweep",
 ]

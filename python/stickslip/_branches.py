@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -13,8 +12,9 @@ import numpy as np
 
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings
-from ._command import command
+from ._command import worded
 from ._errors import InputError, needs_xarray
+from ._progress import Progress, shown
 from ._sweep import study_of
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def read_continuation(path: PathLike) -> xarray.Dataset:
     return dataset.set_coords([name for name in ("branch", file["number"]) if name in variables])
 
 
-def continue_(
+def follow(
     study: PathLike | Mapping[str, Any],
     case: CaseLike | None = None,
     overrides: Overrides = None,
@@ -87,10 +87,11 @@ def continue_(
     output: PathLike | None = None,
     replace: bool = False,
     resume: bool = False,
+    progress: bool | Progress = False,
 ) -> xarray.Dataset:
     """Follows branches of cycles and of steady sliding as a parameter varies.
 
-        branches = stickslip.continue_({"rotor.speed": {"from": 0.1, "to": 1.5}}, "belt-exponential", of=("steady", "cycle"))
+        branches = stickslip.follow({"rotor.speed": {"from": 0.1, "to": 1.5}}, "belt-exponential", of=("steady", "cycle"))
         branches.isel(point=branches["branch"] == 0)["amplitude"]
 
     The dataset has a value for each ``point``, with ``branch`` and the varying parameter as coordinates; ``branch_what``,
@@ -113,6 +114,8 @@ def continue_(
     :param output: the file, which :func:`open` opens again; without it none is kept.
     :param replace: replace any file there, and start anew.
     :param resume: continue an interrupted continuation into ``output``.
+    :param progress: ``True`` shows a bar of tqdm, or counts the points; a function is called with the points done, and again with
+        their number, as their total is not known.
     :raises InputError: an invalid study.
     :raises RunError: no first cycle was found.
     """
@@ -150,18 +153,16 @@ def continue_(
         elif text.startswith("-"):
             text = os.path.abspath(text)
         file = folder / "branches.h5" if output is None else Path(output)
-        arguments = ["continue", text, "-o", os.path.abspath(file)]
-        arguments += [f"--set={setting}" for setting in settings(changes)]
-        if replace:
-            arguments.append("--force")
-        if resume:
-            arguments.append("--resume")
         known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
         if output is None:
             known_as[os.fspath(file)] = "the continuation (keep it with output=)"
-        _, document, _, _ = command(arguments, known_as, keeps=False)
+        with worded(known_as), shown(progress, "points") as told:
+            remarks = _native.follow(text, settings(changes), os.path.abspath(file), replace, resume, told)
         dataset = read_continuation(file)
-        remarks = json.loads(document or "{}").get("remarks")
         if remarks:
             dataset.attrs["remarks"] = remarks
         return dataset
+
+
+continue_ = follow
+"""Its first name."""

@@ -1,16 +1,14 @@
-"""Commands of the program, run in this process, in the words of Python."""
+"""Reports and errors of the program in the words of Python."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 from . import _native
 from ._errors import StickslipError
-
-Progress = Callable[[int, int], object]
-"""Called with what is done, of how much."""
 
 ARGUMENTS = {
     "-o": "output",
@@ -68,29 +66,31 @@ def in_python(text: str) -> str:
     return "".join(parts)
 
 
+def _named(text: str, names: Mapping[str, str]) -> str:
+    for file, name in names.items():
+        text = text.replace(file, name)
+    return text
+
+
+@contextmanager
+def worded(names: Mapping[str, str]) -> Iterator[None]:
+    """Errors of the library name files as ``names`` says, and arguments of this module in place of options."""
+    try:
+        yield
+    except StickslipError as error:
+        raise type(error)(in_python(_named(str(error), names))) from error.__cause__
+
+
 def command(
-    arguments: list[str],
-    names: Mapping[str, str],
-    *,
-    keeps: bool = True,
-    progress: Progress | None = None,
-    tasks: object | None = None,
+    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True
 ) -> tuple[str, str | None, list[str], str | None]:
     """A command of the program: its report, its JSON document, its messages, and why it fell short. The names of files are
-    replaced in all of them, the options of the program in all but the document. ``tasks`` run the points of a sweep."""
-
-    def named(text: str) -> str:
-        for file, name in names.items():
-            text = text.replace(file, name)
-        return text
-
-    try:
-        text, document, messages, shortfall = _native.command(arguments, keeps, progress, tasks)
-    except StickslipError as error:
-        raise type(error)(in_python(named(str(error)))) from None
+    replaced in all of them, the options of the program in all but the document."""
+    with worded(names):
+        text, document, messages, shortfall = _native.command(arguments, keeps)
     return (
-        in_python(named(text)),
-        None if document is None else named(document),
-        [in_python(named(message)) for message in messages],
-        None if shortfall is None else in_python(named(shortfall)),
+        in_python(_named(text, names)),
+        None if document is None else _named(document, names),
+        [in_python(_named(message, names)) for message in messages],
+        None if shortfall is None else in_python(_named(shortfall, names)),
     )

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from ._case import PathLike
 from ._command import command, in_python
 from ._errors import FileError, InputError
+from ._plot import plot_comparison
 from ._run import Run
 
 Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
@@ -44,6 +45,15 @@ class Comparison:
     def causes(self) -> list[dict[str, Any]]:
         """The causes that reproduce the differences, the most fundamental first."""
         return list(self.document["causes"])
+
+    def plot(self, *, ax: Any = None, **style: Any) -> Any:
+        """Draws the error of each matched event over its time by matplotlib, on a logarithmic scale. Returns the axes.
+
+        :param ax: axes to draw into; by default a new figure.
+        :param style: passed to matplotlib's ``plot``.
+        :raises InputError: no event is matched, or matplotlib is not installed.
+        """
+        return plot_comparison(self, ax=ax, **style)
 
     def __getattr__(self, name: str) -> Any:
         document = self.__dict__.get("document", {})

@@ -17,6 +17,7 @@ from ._case import CaseLike, Overrides, PathLike, settings, source
 from ._command import command
 from ._errors import InputError
 from ._open import open as open_file
+from ._plot import plot_cycle
 from ._run import Run
 
 
@@ -84,6 +85,18 @@ class Cycle:
         for name, column in columns.items():
             events[name] = column
         return events
+
+    def plot(self, x: str = "phi1", y: str = "relative_velocity", *, ax: Any = None, **style: Any) -> Any:
+        """Draws one channel over another for one period by matplotlib; dots are sticks and slips. Returns the axes.
+
+            cycle.plot()                          # relative velocity over the position of the stator's surface
+            cycle.run.plot(window=(0, cycle.period))
+
+        :param ax: axes to draw into; by default a new figure.
+        :param style: passed to matplotlib's ``plot``.
+        :raises InputError: no such channel, or matplotlib is not installed.
+        """
+        return plot_cycle(self, x, y, ax=ax, **style)
 
     def __str__(self) -> str:
         if self.path is not None:

@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, settings, source
 from ._errors import FileError, InputError, RunError, StickslipWarning, needs_xarray
+from ._plot import Window, plot_run
+from ._progress import RunProgress, shown
 
 if TYPE_CHECKING:
     import pandas
@@ -249,27 +251,122 @@ class Run:
         frame.attrs["units"] = {name: self.table("events").units[name] for name in frame.columns}
         return frame
 
-    def to_xarray(self, group: str = "trajectory") -> xarray.Dataset:
+    def trajectory_with_events(self) -> dict[str, NDArray[Any]]:
+        """The samples with two more rows for each event, the states before and after it, in order of time.
+
+        The columns are those of :attr:`trajectory`, and ``event``, the index of the event in :attr:`events` (-1 for a sample),
+        and ``side``: -1 before the event, 1 after it, 0 for a sample. The two rows of an event have the same time. Works,
+        dissipated energies and the energy residual depend on the past and not on the state: they are NaN in these rows.
+        """
+        table, events = self.trajectory, self.table("events")
+        times, count = events["time"], len(events["time"])
+        mode_after = events["mode_after"].astype(np.int64)
+        segments = self.table("segments")
+        mode_before = np.concatenate([segments["mode"][:1].astype(np.int64), mode_after[:-1]])[:count]
+        # A segment begins where the last one ends; an event within a segment leaves it the same.
+        segment = events["segment"].astype(np.int64)
+        following = np.minimum(segment + 1, max(len(segments["start"]) - 1, 0))
+        begins = segments["start"][following] == times if count else np.zeros(0, dtype=bool)
+        known: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {
+            "time": (times, times),
+            "mode": (mode_before, mode_after),
+            "segment": (segment, np.where(begins, following, segment)),
+            **self._native.at_events(),
+        }
+        # In front of a sample at the same time, which has the state after the event.
+        places = np.repeat(np.searchsorted(table["time"], times), 2)
+
+        def merged(name: str) -> NDArray[Any]:
+            column = table[name]
+            if f"{name}_before" in events:
+                before, after = events[f"{name}_before"], events[f"{name}_after"]
+            else:
+                before, after = known.get(name, (np.full(count, np.nan), np.full(count, np.nan)))
+            both = np.column_stack([before, after]).ravel().astype(column.dtype)
+            return np.insert(column, places, both)
+
+        found = {name: merged(name) for name in table}
+        samples = np.full(len(table["time"]), -1, dtype=np.int64)
+        found["event"] = np.insert(samples, places, np.repeat(np.arange(count), 2))
+        found["side"] = np.insert(np.zeros(len(samples), dtype=np.int8), places, np.tile([-1, 1], count))
+        return found
+
+    def _rows(self, group: str, events: bool) -> tuple[Mapping[str, NDArray[Any]], dict[str, str], dict[str, str]]:
+        """Columns with their units and descriptions."""
+        table = self.table(group)
+        if not events:
+            return table, table.units, table.descriptions
+        if group != "trajectory":
+            raise InputError(f'events=True puts the states at events into the trajectory, and not into "{group}"; leave it out')
+        more = {"event": "index of the event, -1 for a sample", "side": "-1 before the event, 1 after it, 0 for a sample"}
+        units = {**table.units, **dict.fromkeys(more, "1")}
+        return self.trajectory_with_events(), units, {**table.descriptions, **more}
+
+    def to_pandas(self, group: str = "trajectory", *, events: bool = False) -> pandas.DataFrame:
+        """A table as a data frame; the units are in its ``attrs["units"]``.
+
+        :param events: of the trajectory, with the rows before and after each event (:meth:`trajectory_with_events`).
+        """
+        import pandas
+
+        rows, units, _ = self._rows(group, events)
+        frame = pandas.DataFrame({name: rows[name] for name in rows})
+        frame.attrs["units"] = units
+        return frame
+
+    def to_xarray(self, group: str = "trajectory", *, events: bool = False) -> xarray.Dataset:
         """A table as a dataset, as ``xarray.open_dataset(FILE, group=group)`` opens it: the dimension is ``time`` of the
-        trajectory and ``event`` of the events, and every variable has ``units`` and ``long_name``. Nothing is copied."""
+        trajectory and ``event`` of the events, and every variable has ``units`` and ``long_name``. Nothing is copied.
+
+        :param events: of the trajectory, with the rows before and after each event (:meth:`trajectory_with_events`); their time
+            is there twice.
+        """
         needs_xarray()
         import xarray
 
         table = self.table(group)
-        dimensions = table.dimensions()
+        rows, units, descriptions = self._rows(group, events)
+        dimensions = {**dict.fromkeys(rows, "time"), **table.dimensions()}
 
         def variable(name: str) -> xarray.Variable:
-            attributes: dict[str, Any] = {"units": table.units[name], "long_name": table.descriptions[name]}
-            flags = table.flags(name)
+            attributes: dict[str, Any] = {"units": units[name], "long_name": descriptions[name]}
+            flags = table.flags(name) if name in table else {}
             if flags:
-                attributes["flag_values"] = np.array(list(flags), dtype=table[name].dtype)
+                attributes["flag_values"] = np.array(list(flags), dtype=rows[name].dtype)
                 attributes["flag_meanings"] = " ".join(flags.values())
-            return xarray.Variable((dimensions[name],), table[name], attributes)
+            return xarray.Variable((dimensions[name],), rows[name], attributes)
 
-        variables = {name: variable(name) for name in table}
+        variables = {name: variable(name) for name in rows}
         attributes = {name: value for name, value in self.summary.items() if value is not None and name != "events"}
         dataset = xarray.Dataset(variables, attrs=attributes if group == "stick_slip" else {"title": self.title})
         return dataset.set_coords(sorted(set(dimensions.values())))
+
+    # ---- plots
+
+    def plot(
+        self,
+        *channels: str,
+        window: Window = None,
+        ax: Any = None,
+        events: bool = True,
+        sticks: bool = True,
+        **style: Any,
+    ) -> Any:
+        """Draws channels over time by matplotlib, through the samples and the states at events; sticks are shaded.
+
+            run.plot()                                       # the stick-slip: relative velocity and friction torque
+            run.plot("normal_force", window=(6.9, 7.0))
+
+        :param channels: of the trajectory, each in axes of its own; by default the relative velocity and the friction torque.
+        :param window: start and end, s; by default the stick-slip.
+        :param ax: axes to draw into, as many as channels; by default a new figure.
+        :param events: mark sticks and slips by dots, and kicks and the loss of stability by lines.
+        :param sticks: shade the sticks.
+        :param style: passed to matplotlib's ``plot``.
+        :returns: the axes; an array of them for several channels.
+        :raises InputError: no such channel, nothing in the window, or matplotlib is not installed.
+        """
+        return plot_run(self, channels, window=window, ax=ax, events=events, sticks=sticks, **style)
 
     # ---- dense output
 
@@ -419,6 +516,7 @@ def run(
     dense: bool = False,
     witness: bool | None = None,
     trajectory: bool = True,
+    progress: bool | RunProgress = False,
 ) -> Run:
     """Integrates a case in memory.
 
@@ -433,6 +531,8 @@ def run(
     :param witness: make a reference check (witness), as the program does: a second run by another method. If the two do not
         agree, the run is repeated with finer settings, if these help. By default it is made unless the events are kept alone.
     :param trajectory: ``False`` keeps the events alone, which is several times faster, for many runs.
+    :param progress: ``True`` shows a bar of tqdm, or the simulated time on standard error; a function is called with the simulated
+        time and the end of the run, s. With a reference check both start again.
     :raises CaseError: with every problem of the case, its line and key.
     :raises RunError: the run failed; ``error.run`` is the run up to the failure.
     :warns StickslipWarning: a warning about the run, such as that its onset is amplified rounding.
@@ -444,7 +544,8 @@ def run(
     others = {"solver.method": method, "solver.rtol": rtol, "output.end_time": end_time, "output.dense": dense or None}
     chosen = settings(overrides, **others)
     asked = trajectory if witness is None else witness
-    native = _native.run(kind, text, chosen, asked, trajectory)
+    with shown(progress, "s") as told:
+        native = _native.run(kind, text, chosen, asked, trajectory, told)
     made = Run(native)
     if not trajectory:
         made._resolved = _native.resolve(kind, text, chosen)

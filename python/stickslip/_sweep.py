@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import sys
+import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,9 +14,10 @@ import numpy as np
 
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings, source, toml
-from ._command import Progress, command
+from ._command import worded
 from ._errors import InputError, RunError, needs_xarray
 from ._executor import Executor, Tasks
+from ._progress import Progress, shown
 
 if TYPE_CHECKING:
     import xarray
@@ -89,11 +89,6 @@ def study_of(
     return "\n".join(lines) + "\n"
 
 
-def _count(done: int, total: int) -> None:
-    """On standard error, in place."""
-    print(f"\r{done} of {total} points", end="\n" if done == total else "", file=sys.stderr, flush=True)
-
-
 def sweep(
     study: PathLike | Mapping[str, Any],
     case: CaseLike | None = None,
@@ -127,8 +122,9 @@ def sweep(
     :param output: the sweep file, which :func:`open` opens again; without it none is kept.
     :param replace: replace any file there, and start anew.
     :param resume: continue an interrupted sweep into ``output``, or begin one.
-    :param progress: ``True`` counts the points on standard error; a function is called with the points done and their total, in
-        the thread that called this. An exception that it raises ends the sweep.
+    :param progress: ``True`` shows a bar of tqdm, in a notebook as a widget; without tqdm it counts the points on standard error.
+        A function is called with the points done and their total, in the thread that called this. An exception that it raises
+        ends the sweep.
     :raises KeyboardInterrupt: Ctrl-C; with an ``output`` the points that are done are kept for ``resume=True``.
     :raises InputError: an invalid study.
     :raises RunError: all points failed, or the executor did.
@@ -159,31 +155,19 @@ def sweep(
         file = folder / "sweep.h5" if output is None else Path(output)
         if text.startswith("-"):
             text = os.path.abspath(text)
-        arguments = ["sweep", text, "-o", os.path.abspath(file)]
-        arguments += [f"--set={setting}" for setting in settings(changes)]
-        if method is not None:
-            arguments.append(f"--method={method}")
-        if jobs is not None:
-            arguments.append(f"--jobs={jobs}")
-        if replace:
-            arguments.append("--force")
-        if resume:
-            arguments.append("--resume")
         known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
         if output is None:
             known_as[os.fspath(file)] = "the sweep (keep it with output=)"
             known_as[os.fspath(file.with_suffix(".journal"))] = "a temporary journal (keep it with output=)"
-        told = _count if progress is True else progress or None
+        chosen = settings(changes, **{"solver.method": method})
         try:
-            _, document, warnings, _ = command(arguments, known_as, keeps=False, progress=told, tasks=tasks)
+            with worded(known_as), shown(progress, "points") as told:
+                unfinished = _native.sweep(text, chosen, os.path.abspath(file), replace, resume, jobs, told, tasks)
         except RunError as error:
             # Nothing is kept of what goes to a temporary file.
-            text = str(error) if output is not None else str(error).split(". What was computed is in")[0]
+            text = str(error) if output is not None else re.split(r"\. (?:What was computed is|The messages are) in", str(error))[0]
             failure = None if tasks is None else tasks.failure
             raise RunError(text) from failure
         dataset = read_sweep(file)
-        report = json.loads(document or "{}")
-        dataset.attrs["unfinished"] = report.get("unfinished") or 0
-        if warnings:
-            dataset.attrs["warnings"] = warnings
+        dataset.attrs["unfinished"] = unfinished
         return dataset

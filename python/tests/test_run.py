@@ -133,6 +133,76 @@ def test_property_events_table(paper):
     assert frame.attrs["units"]["time"] == "s"
 
 
+def test_property_events_are_merged_into_the_trajectory(paper):
+    rows = paper.trajectory_with_events()
+    of_sample = rows["event"] < 0
+    for name in paper.trajectory:
+        assert rows[name].dtype == paper.trajectory[name].dtype
+        assert np.array_equal(rows[name][of_sample], paper.trajectory[name], equal_nan=True)
+    assert len(rows["time"]) == len(paper.time) + 2 * len(paper.events)
+    assert np.all(np.diff(rows["time"]) >= 0)
+    # Before and after, next to each other.
+    assert rows["side"][~of_sample].tolist() == [-1, 1] * len(paper.events)
+    assert np.array_equal(rows["event"][~of_sample], np.repeat(np.arange(len(paper.events)), 2))
+    after = rows["side"] == 1
+    assert np.array_equal(rows["relative_velocity"][after], paper.events["relative_velocity_after"])
+    assert np.array_equal(paper.trajectory.words("mode")[-1:], paper.events["mode_after"][-1:])
+    # The mode before an event is that of the sample before it, unless another event lies between.
+    k = np.flatnonzero(rows["side"] == -1)
+    k = k[(k > 0) & of_sample[k - 1]]
+    assert np.array_equal(rows["mode"][k], rows["mode"][k - 1])
+    assert np.array_equal(rows["segment"][k], rows["segment"][k - 1])
+
+
+def test_property_forces_at_events_are_those_of_the_dense_output(belt):
+    rows = belt.trajectory_with_events()
+    # A kick or a corner has two states at one time as any event.
+    for side, name in ((-1, "left"), (1, "right")):
+        at = rows["side"] == side
+        for channel in ("friction_torque", "normal_force", "energy_kinetic", "phi1"):
+            expected = belt.at(rows["time"][at], channel, side=name)
+            np.testing.assert_allclose(rows[channel][at], expected, rtol=0, atol=1e-8, err_msg=channel)
+    assert np.isnan(rows["dissipated_friction"][rows["side"] != 0]).all()
+
+
+def test_property_events_in_frames_and_datasets(paper):
+    rows = paper.trajectory_with_events()
+    frame = paper.to_pandas(events=True)
+    assert frame.attrs["units"]["normal_force"] == "N"
+    assert np.array_equal(frame["friction_torque"], rows["friction_torque"], equal_nan=True)
+    assert len(paper.to_pandas()) == len(paper.time) and len(paper.to_pandas("events")) == len(paper.events)
+    data = paper.to_xarray(events=True)
+    assert dict(data.sizes) == {"time": len(rows["time"])}
+    assert data["side"].attrs["long_name"].startswith("-1 before") and data["normal_force"].attrs["units"] == "N"
+    assert data.sel(time=slice(6.97, 6.99))["event"].max() > 90
+    with pytest.raises(stickslip.InputError, match="leave it out"):
+        paper.to_xarray("events", events=True)
+
+
+def test_property_events_of_a_file_are_merged_alike(tmp_path, paper):
+    opened = stickslip.open(paper.save(tmp_path / "paper.h5"))
+    ours, theirs = paper.trajectory_with_events(), opened.trajectory_with_events()
+    assert list(ours) == list(theirs)
+    for name in ours:
+        assert np.array_equal(ours[name], theirs[name], equal_nan=True), name
+
+
+def test_property_progress_of_a_run(capsys):
+    told: list[tuple[float, float]] = []
+    stickslip.run("belt-leine", {"output.end_time": 2000}, progress=lambda done, end: told.append((done, end)))
+    assert told and all(0 <= done <= end for done, end in told)
+
+    class Enough(Exception):
+        """Of the user, while the run goes on."""
+
+    def stop(done: float, end: float) -> None:
+        raise Enough
+
+    with pytest.raises(Enough):
+        stickslip.run("belt-leine", {"output.end_time": 2000}, progress=stop)
+    stickslip.run("paper", progress=True)
+
+
 def test_property_dense_output_goes_through_the_samples(belt):
     rows = slice(None, None, 7)
     times = belt.time[rows]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 import xarray
@@ -87,14 +89,34 @@ def test_regression_an_interrupted_sweep_goes_on(tmp_path):
     xarray.testing.assert_identical(dataset.drop_attrs(deep=False), whole.drop_attrs(deep=False))
 
 
-def test_property_resume_and_progress(capsys, tmp_path):
+def test_property_resume_and_progress(capsys, monkeypatch, tmp_path):
     axes, short = {"torsion.damping": [10, 20]}, {"output.end_time": 0.01}
     with pytest.raises(stickslip.InputError, match="name it with output="):
         stickslip.sweep(axes, "paper", short, resume=True)
     with pytest.raises(stickslip.InputError, match="leave one of them out"):
         stickslip.sweep(axes, "paper", short, output=tmp_path / "a.h5", resume=True, replace=True)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     stickslip.sweep(axes, "paper", short, output=tmp_path / "a.h5", resume=True, progress=True)
     assert capsys.readouterr().err.endswith("2 of 2 points\n")
+
+
+def test_property_progress_is_a_bar_of_tqdm(capsys):
+    pytest.importorskip("tqdm")
+    stickslip.sweep({"torsion.damping": [10, 20]}, "paper", {"output.end_time": 0.01}, progress=True)
+    said = capsys.readouterr().err
+    assert "100%" in said and "2/2" in said
+
+
+def test_property_samples_have_one_dimension():
+    sample = {"method": "sobol", "count": 8, "seed": 1}
+    axes = {"friction.decay": {"from": 3, "to": 8}, "torsion.damping": {"from": 15, "to": 30}}
+    dataset = stickslip.sweep(axes, "paper", {"output.end_time": 0.01}, sample=sample)
+    assert dict(dataset.sizes) == {"point": 8}
+    assert {"friction_decay", "torsion_damping"} <= set(dataset.coords)
+    for name, variable in dataset.variables.items():
+        if name != "point":
+            assert variable.attrs["units"] or "flag_meanings" in variable.attrs, name
+            assert variable.attrs["long_name"], name
 
 
 def test_property_messages_name_the_arguments(paper, tmp_path):

@@ -28,4 +28,12 @@ names: list[str] = [case.name for case in stickslip.cases()]
 cycle: stickslip.Cycle = stickslip.cycle("belt-exponential", {"rotor.speed": 0.3}, start="end")
 multipliers: NDArray[np.complex128] = cycle.multipliers
 period: float = cycle.period
+axes = run.plot("normal_force", window=(6.9, 7.0), sticks=False)
+cycle.plot("slip_displacement")
+comparison.plot()
+stickslip.plot(stickslip.sweep("paper-decay"), "stick_count")
+merged: dict[str, NDArray[np.float64]] = run.trajectory_with_events()
+run.to_xarray(events=True), run.to_pandas(events=True)
+stickslip.run("paper", progress=True)
+stickslip.follow("belt-branches", progress=lambda done, total: None)
 stickslip.continue_({"rotor.speed": {"from": 0.2, "to": 0.8}}, "belt-exponential", of=("steady", "cycle"), output="b.h5")

@@ -6,9 +6,8 @@ use crate::Error;
 use clap::Parser;
 use std::cell::RefCell;
 use std::ffi::OsString;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex};
-use stickslip_analysis::sweep::Executor;
 
 /// Captured output of a command.
 #[derive(Debug, Default)]
@@ -21,32 +20,9 @@ pub struct Said {
     pub messages: Vec<String>,
 }
 
-/// Channel between a program and its command, for stop requests, progress and an executor.
-#[derive(Debug, Default)]
-pub struct CommandHandle {
-    /// Stops the command cleanly.
-    pub stop: Arc<AtomicBool>,
-    progress: Mutex<Option<(u64, u64)>>,
-    executor: Mutex<Option<Box<dyn Executor>>>,
-}
-
-impl CommandHandle {
-    /// Lets an executor run the points of a sweep, instead of threads of this process.
-    pub fn let_run(&self, executor: Box<dyn Executor>) {
-        if let Ok(mut slot) = self.executor.lock() {
-            *slot = Some(executor);
-        }
-    }
-
-    /// Completed steps and their total, for commands that count, such as `sweep`; `None` before the start.
-    pub fn progress(&self) -> Option<(u64, u64)> {
-        self.progress.lock().ok().and_then(|progress| *progress)
-    }
-}
-
 struct Capture {
     said: Said,
-    watch: Arc<CommandHandle>,
+    stop: Arc<AtomicBool>,
 }
 
 thread_local! {
@@ -54,11 +30,11 @@ thread_local! {
 }
 
 /// Runs a command with these arguments, without the program's name. Returns the captured report, document and
-/// messages, and the outcome. `watch` follows and stops the command. No signal handler and no logger is set. `export
-/// -o -` still writes to standard output.
+/// messages, and the outcome. `stop` stops the command cleanly. No signal handler and no logger is set. `export -o -`
+/// still writes to standard output.
 pub fn capture(
     arguments: impl IntoIterator<Item = OsString>,
-    watch: Arc<CommandHandle>,
+    stop: Arc<AtomicBool>,
 ) -> (Said, Result<CommandEnd, Error>) {
     /// Ends the capture also after a panic. Otherwise this thread would never print again.
     struct Capturing;
@@ -68,7 +44,7 @@ pub fn capture(
         }
     }
     let said = Said::default();
-    CAPTURE.with_borrow_mut(|slot| *slot = Some(Capture { said, watch }));
+    CAPTURE.with_borrow_mut(|slot| *slot = Some(Capture { said, stop }));
     let _capturing = Capturing;
     let end = ended(arguments);
     let said = CAPTURE.with_borrow_mut(Option::take).map(|capture| capture.said);
@@ -103,20 +79,8 @@ pub(super) fn now() -> bool {
     CAPTURE.with_borrow(Option::is_some)
 }
 
-pub(super) fn progress(done: u64, total: u64) {
-    CAPTURE.with_borrow(|capture| {
-        if let Some(mut progress) = capture.as_ref().and_then(|capture| capture.watch.progress.lock().ok()) {
-            *progress = Some((done, total));
-        }
-    });
-}
-
-pub(super) fn executor() -> Option<Box<dyn Executor>> {
-    CAPTURE.with_borrow(|capture| capture.as_ref()?.watch.executor.lock().ok()?.take())
-}
-
 pub(super) fn stop() -> Option<Arc<AtomicBool>> {
-    CAPTURE.with_borrow(|capture| capture.as_ref().map(|capture| capture.watch.stop.clone()))
+    CAPTURE.with_borrow(|capture| capture.as_ref().map(|capture| capture.stop.clone()))
 }
 
 fn with(action: impl FnOnce(&mut Said)) -> bool {

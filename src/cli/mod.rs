@@ -27,7 +27,7 @@ mod run;
 mod studies;
 
 pub use arguments::{Arguments, Refusal};
-pub use capture::{CommandHandle, Said, capture};
+pub use capture::{Said, capture};
 pub use completions::complete_if_asked;
 
 use crate::error::{Error, FailurePlace};

@@ -1,7 +1,6 @@
 //! Progress bars: simulated time of runs and comparisons, number of runs of studies.
 
 use super::arguments::{Common, ProgressChoice};
-use super::capture;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Arguments;
 use std::io::IsTerminal;
@@ -65,9 +64,6 @@ impl Watch for Bar {
         let bar = &self.bar;
         let unit = if self.shown == BarKind::Share { TICKS / of } else { 1.0 };
         let (position, length) = ((unit * done) as u64, (unit * of) as u64);
-        if self.shown != BarKind::Share {
-            capture::progress(position, length);
-        }
         if !bar.is_hidden() {
             let before = bar.position();
             if bar.length() != Some(length) {

@@ -4,7 +4,7 @@ use super::arguments::{CalibrateOptions, Common, ContinueOptions, FigureFormat, 
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::plot::{self, FigureOutput};
 use super::progress::{BarKind, watched};
-use super::{CommandEnd, capture, interrupted, strictly, tell};
+use super::{CommandEnd, interrupted, strictly, tell};
 use crate::Error;
 use crate::output::{Output, Product};
 use crate::plot::{accuracy, signature};
@@ -24,11 +24,10 @@ use stickslip_files::{Reason, check_target};
 /// Environment variables with the number of MPI processes, of Open MPI and of MPICH and its relatives.
 const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
-/// Refuses to be one of several MPI ranks, because all of them would run the same points. A command inside another
-/// program, perhaps under `mpi4py.futures`, is exempt.
+/// Refuses to be one of several MPI ranks, because all of them would run the same points.
 fn refuse_ranks(options: &SweepOptions) -> Result<(), Error> {
     let size = |name: &&str| std::env::var(name).ok().and_then(|text| text.parse::<usize>().ok());
-    let is_rank = !capture::now() && options.shard.is_none() && MPI_SIZES.iter().filter_map(size).any(|size| size > 1);
+    let is_rank = options.shard.is_none() && MPI_SIZES.iter().filter_map(size).any(|size| size > 1);
     if !is_rank && !options.mpi {
         return Ok(());
     }
@@ -52,19 +51,15 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEn
     let path = file_of(options.output.as_ref(), &study.head.source, options.shard);
     let jobs = options.runs.jobs.unwrap_or_else(processors);
     let stop = interrupt_flag()?;
-    let mut executor = capture::executor();
     let clock = Instant::now();
     let result = watched(common, BarKind::Points, &stop, |bar| {
-        let mut sweep = Sweep::new(&study, &path)
+        Sweep::new(&study, &path)
             .overwrite(overwrite(options.force))
             .resume(options.resume)
             .shard(options.shard)
             .workers(jobs)
-            .watch(bar);
-        if let Some(executor) = &mut executor {
-            sweep = sweep.executor(&mut **executor);
-        }
-        sweep.start()
+            .watch(bar)
+            .start()
     });
     let wall_time = clock.elapsed().as_secs_f64();
     let report = result.map_err(|error| resumable(error, &path))?;

@@ -1,0 +1,116 @@
+//! Sweeps and continuations, by the library.
+
+use crate::errors::{exception, of_command};
+use crate::executor::Tasks;
+use crate::waiting::interruptible;
+use pyo3::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use stickslip::Error;
+use stickslip::case::{CaseError, Override};
+use stickslip::continuation::{CONTINUATIONS, Continuation, ContinuationStudy};
+use stickslip::results::Overwrite;
+use stickslip::sweep::{STUDIES, Study, StudySource, Sweep, journal_path};
+
+fn overrides(settings: &[String]) -> Result<Vec<Override>, CaseError> {
+    settings.iter().map(|setting| Override::parse(setting)).collect()
+}
+
+fn overwrite(replace: bool) -> Overwrite {
+    if replace { Overwrite::Force } else { Overwrite::OwnResults }
+}
+
+/// A failed computation; with a journal it says how to go on.
+fn failed(py: Python<'_>, text: &str, path: &Path) -> PyErr {
+    let journal = journal_path(path);
+    let text = match journal.exists() {
+        true => format!(
+            "{}. What was computed is in {}; resume=True goes on from there",
+            text.trim_end_matches('.'),
+            journal.display()
+        ),
+        false => text.to_owned(),
+    };
+    exception(py, "RunError", text)
+}
+
+fn raised(py: Python<'_>, error: Error, path: &Path) -> PyErr {
+    match error.is_input() {
+        true => of_command(py, &error),
+        false => failed(py, &error.to_string(), path),
+    }
+}
+
+/// Runs the points of a study, the name of a built-in one or a path, into a file. Returns how many points end before their
+/// attractor is certain.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the keywords of a function of Python")]
+pub fn sweep(
+    py: Python<'_>,
+    study: &str,
+    settings: Vec<String>,
+    path: PathBuf,
+    replace: bool,
+    resume: bool,
+    jobs: Option<usize>,
+    progress: Option<Py<PyAny>>,
+    tasks: Option<Py<PyAny>>,
+) -> PyResult<u64> {
+    let run = || -> Result<Study, CaseError> {
+        Study::parse(StudySource::find(study, STUDIES)?, &overrides(&settings)?)
+    };
+    let study = run().map_err(|error| of_command(py, &error.into()))?;
+    let mut tasks = tasks.map(Tasks);
+    let report = interruptible(py, progress, |watch| {
+        let mut sweep = Sweep::new(&study, &path)
+            .overwrite(overwrite(replace))
+            .resume(resume)
+            .watch(&*watch);
+        if let Some(jobs) = jobs {
+            sweep = sweep.workers(jobs);
+        }
+        if let Some(tasks) = &mut tasks {
+            sweep = sweep.executor(tasks);
+        }
+        sweep.start().map_err(Error::from)
+    })?;
+    let report = report.map_err(|error| raised(py, error, &path))?;
+    match report.failures.first() {
+        Some((point, message)) if report.failed == report.points => {
+            let (points, file) = (report.points, report.file.display());
+            let text = format!(
+                "all {points} points failed, point {point} with: {message}. The messages are in /failures of {file}"
+            );
+            Err(exception(py, "RunError", text))
+        }
+        _ => Ok(report.unfinished.unwrap_or(0)),
+    }
+}
+
+/// Follows the branches of a study into a file. Returns remarks about them.
+#[pyfunction]
+pub fn follow(
+    py: Python<'_>,
+    study: &str,
+    settings: Vec<String>,
+    path: PathBuf,
+    replace: bool,
+    resume: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Vec<String>> {
+    let run = || -> Result<ContinuationStudy, CaseError> {
+        ContinuationStudy::parse(StudySource::find(study, CONTINUATIONS)?, &overrides(&settings)?)
+    };
+    let study = run().map_err(|error| of_command(py, &error.into()))?;
+    let (report, stopped) = interruptible(py, progress, |watch| {
+        let run = Continuation::new(&study, &path).overwrite(overwrite(replace));
+        let report = run.resume(resume).watch(&*watch).start().map_err(Error::from);
+        (report, watch.stop.load(Ordering::Relaxed))
+    })?;
+    let explored = report.map_err(|error| raised(py, error, &path))?.explored;
+    if explored.interrupted && !stopped {
+        let text = "the time of solver.max_wall_time is over; allow more with overrides={\"solver.max_wall_time\": T}";
+        return Err(failed(py, text, &path));
+    }
+    Ok(explored.remarks)
+}
