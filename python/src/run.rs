@@ -175,7 +175,11 @@ impl Run {
         let times = floats("events", "time".to_owned())?;
         let first = floats("segments", "mode".to_owned())?.first().copied();
         let after = floats("events", "mode_after".to_owned())?;
-        let before: Vec<f64> = first.into_iter().chain(after.iter().copied()).take(times.len()).collect();
+        let before: Vec<f64> = first
+            .into_iter()
+            .chain(after.iter().copied())
+            .take(times.len())
+            .collect();
         let mut sides = Vec::new();
         for (side, modes) in [("before", &before), ("after", &after)] {
             let columns = |names: Vec<String>| -> PyResult<Vec<Vec<f64>>> {
@@ -189,7 +193,11 @@ impl Run {
                 let state = State::from_values(std::array::from_fn(|channel| of_state[channel][row]));
                 let more: Vec<f64> = further.iter().map(|column| column[row]).collect();
                 // What a signal jumps to belongs to the state after its corner.
-                let at = if side == "before" { time.next_down().max(0.0) } else { time };
+                let at = if side == "before" {
+                    time.next_down().max(0.0)
+                } else {
+                    time
+                };
                 let mode = Mode::ALL.into_iter().find(|mode| f64::from(mode.code()) == code);
                 let mode = mode.ok_or_else(|| internal(py))?;
                 let channels = course.channels(mode, at, &course.state(&state, &more));

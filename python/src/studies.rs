@@ -17,7 +17,11 @@ fn overrides(settings: &[String]) -> Result<Vec<Override>, CaseError> {
 }
 
 fn overwrite(replace: bool) -> Overwrite {
-    if replace { Overwrite::Force } else { Overwrite::OwnResults }
+    if replace {
+        Overwrite::Force
+    } else {
+        Overwrite::OwnResults
+    }
 }
 
 /// A failed computation; with a journal it says how to go on.
@@ -56,9 +60,8 @@ pub fn sweep(
     progress: Option<Py<PyAny>>,
     tasks: Option<Py<PyAny>>,
 ) -> PyResult<u64> {
-    let run = || -> Result<Study, CaseError> {
-        Study::parse(StudySource::find(study, STUDIES)?, &overrides(&settings)?)
-    };
+    let run =
+        || -> Result<Study, CaseError> { Study::parse(StudySource::find(study, STUDIES)?, &overrides(&settings)?) };
     let study = run().map_err(|error| of_command(py, &error.into()))?;
     let mut tasks = tasks.map(Tasks);
     let report = interruptible(py, progress, |watch| {
