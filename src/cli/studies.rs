@@ -34,7 +34,7 @@ fn refuse_ranks(options: &SweepOptions) -> Result<(), Error> {
     Err(Error::input(
         "a sweep is not shared by the ranks of an MPI job any more, and each of them would run all points; give each process \
          a part with --shard K/N (in a Slurm job array --shard slurm) and combine them by `stickslip merge`, or run the study \
-         from Python by stickslip.sweep(study, executor=...) with mpi4py.futures (docs/clusters.md)",
+         from Python by stickslip.sweep(study, executor=...) with mpi4py.futures (docs/reference/clusters.md)",
     ))
 }
 

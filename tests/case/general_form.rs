@@ -535,7 +535,7 @@ proptest! {
 
 #[test]
 fn case_trains_of_the_manual_is_valid() {
-    let docs = include_str!("../../docs/case-file.md");
+    let docs = include_str!("../../docs/2-your-case.md");
     let (_, from) = docs.split_once("```toml\n").unwrap();
     let (text, after) = from.split_once("```").unwrap();
     assert!(after.contains("friction.regularisation={function=\"tanh\", speed=\"1 mm/s\"}"));

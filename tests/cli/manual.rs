@@ -32,75 +32,46 @@ fn blocks(document: &str) -> Vec<Block> {
     found
 }
 
-/// Files that the reader has, by document: a command that makes them, and the beginning of the manual's command
-/// before which it is run.
-const GIVEN: &[(&str, &str, &str)] = &[
+/// Files that the reader has: the beginning of the manual's command, and a command that makes them before it.
+const GIVEN: &[(&str, &str)] = &[
     (
-        "calibration.md",
-        "stickslip calibrate STUDY",
-        "stickslip case paper-decay > STUDY.toml",
-    ),
-    (
-        "clusters.md",
         "stickslip sweep STUDY",
-        "printf 'case = \"paper\"\\nset = { output.end_time = 0.02, solver.method = \"series\" }\\n\
-         axis = [{ key = \"torsion.damping\", from = 10, to = 30, count = 8 }]\\n' > STUDY.toml",
+        "printf 'case = \"paper\"\nset = { output.end_time = 0.02, solver.method = \"series\" }\n\
+         axis = [{ key = \"torsion.damping\", from = 10, to = 30, count = 8 }]\n' > STUDY.toml",
     ),
     (
-        "clusters.md",
         "stickslip merge",
         "for k in 2 3 4; do stickslip sweep STUDY.toml --shard $k/4 -q; done",
     ),
     (
-        "gallery.md",
-        "stickslip plot paper.h5 other.h5",
-        "stickslip run -q --set friction.decay=4.99 -o other.h5",
-    ),
-    (
-        "installing.md",
         "stickslip completions",
         "mkdir -p ~/.local/share/bash-completion/completions ~/.config/fish/completions ~/.zfunc",
     ),
     (
-        "parameter-studies.md",
-        "stickslip sweep STUDY",
-        "printf 'case = \"paper\"\\naxis = [{ key = \"torsion.damping\", from = 10, to = 30, count = 3 }]\\n' > STUDY.toml",
+        "stickslip export paper.certified.h5 --benchmark",
+        "stickslip certify -q paper.h5",
     ),
     (
-        "validate-your-solver.md",
-        "stickslip compare belt-leine.h5",
-        "stickslip export belt-leine.h5 -o mine.csv --force",
+        "stickslip compare belt-leine.h5 mine.csv --velocity",
+        "stickslip run -q belt-leine && stickslip export belt-leine.h5 -o mine.csv --force",
     ),
+    ("stickslip compare paper.h5 rk4", "cp mine.csv rk4.csv"),
     (
-        "validate-your-solver.md",
-        "stickslip compare paper.h5 rk4",
-        "cp mine.csv rk4.csv",
-    ),
-    (
-        "validate-your-solver.md",
         "stickslip compare paper-si.h5 octave",
         "stickslip export paper-si.h5 -o octave.csv",
     ),
     (
-        "validate-your-solver.md",
         "stickslip compare benchmarks",
         "stickslip run -q benchmarks/cases/09-belt-coulomb.toml -o 09.h5 && stickslip export 09.h5 -o mine.csv --table events --force",
     ),
     (
-        "validate-your-solver.md",
         "stickslip compare paper.h5 mine.csv --column",
         "stickslip export paper.h5 --channels relative_velocity -o own.csv && \
          (echo clock,w; tail -n +2 own.csv | awk -F, '{ printf \"%.17g,%.17g\\n\", 1000*$1, $2*30/3.14159265358979 }') > mine.csv",
     ),
     (
-        "validate-your-solver.md",
-        "stickslip compare paper.h5 mine.csv --report",
+        "stickslip compare paper.h5 mine.csv --re",
         "stickslip export paper.h5 -o mine.csv --force",
-    ),
-    (
-        "README.md",
-        "stickslip compare benchmarks",
-        "stickslip run -q benchmarks/cases/09-belt-coulomb.toml -o 09.h5 && stickslip export 09.h5 -o mine.csv --force",
     ),
 ];
 
@@ -124,16 +95,71 @@ fn shell(folder: &Folder, line: &str) -> (i32, String, String) {
     )
 }
 
+/// Whether a printed line is that of the manual. Blanks count as one. Times of the machine may differ, and errors below
+/// 1e-8 up to a factor of ten. ` ...` at the end of the manual's line stands for the rest of a line.
+fn is_as_written(manual: &str, printed: &str) -> bool {
+    let (manual, open) = match manual.strip_suffix(" ...") {
+        Some(beginning) => (beginning, true),
+        None => (manual, false),
+    };
+    let manual: Vec<&str> = manual.split_whitespace().collect();
+    let printed: Vec<&str> = printed.split_whitespace().collect();
+    let number = |word: &str| word.trim_end_matches([',', ';', ':']).parse::<f64>().ok();
+    let alike = |at: usize| {
+        let next = |ahead: usize| *manual.get(at + ahead).unwrap_or(&"");
+        let (Some(one), Some(other)) = (number(manual[at]), number(printed[at])) else {
+            return false;
+        };
+        let of_machine = (at > 0 && manual[at - 1] == "in" && next(1).starts_with('s')) || next(2) == "second";
+        let error = |value: f64| value != 0.0 && value.abs() < 1e-8;
+        of_machine || (error(one) && error(other) && (0.1..=10.0).contains(&(one / other)))
+    };
+    (manual.len() == printed.len() || (open && manual.len() < printed.len()))
+        && (0..manual.len()).all(|at| manual[at] == printed[at] || alike(at))
+}
+
+/// The first line of the manual that the program does not print where it should. A line `...` stands for any lines.
+fn first_difference<'a>(manual: &[&'a str], printed: &str) -> Option<&'a str> {
+    let printed: Vec<&str> = printed.lines().collect();
+    let (mut next, mut skips) = (0, false);
+    for line in manual {
+        if *line == "..." {
+            skips = true;
+            continue;
+        }
+        let is_it = |printed: &&str| is_as_written(line, printed);
+        let reach = if skips { printed.len() } else { printed.len().min(next + 1) };
+        match printed[next..reach].iter().position(is_it) {
+            Some(at) => next += at + 1,
+            None => return Some(line),
+        }
+        skips = false;
+    }
+    (!skips && next < printed.len()).then_some("(the end)")
+}
+
+/// The commands of a block, each with the lines that it prints, as far as the manual has them.
+fn commands(block: &Block) -> Vec<(&str, Option<Vec<&str>>)> {
+    let is_session = block.language == "text" && block.lines.first().is_some_and(|line| line.starts_with("$ "));
+    let mut found: Vec<(&str, Option<Vec<&str>>)> = Vec::new();
+    for line in &block.lines {
+        match (is_session, line.strip_prefix("$ ")) {
+            (true, Some(command)) => found.push((command, Some(Vec::new()))),
+            (true, None) => found.last_mut().unwrap().1.as_mut().unwrap().push(line),
+            (false, _) if block.language == "sh" && line.starts_with("stickslip ") => {
+                found.push((line.split("  #").next().unwrap().trim(), None));
+            }
+            (false, _) => {}
+        }
+    }
+    found
+}
+
 /// Runs the commands of a document, whose reader has a run of the paper's brake, and samples of it as a candidate.
-/// Returns the commands that fail, with their output.
+/// Returns the commands that fail or print something else than the manual says, with their output.
 fn run_all(document: &str) -> Vec<String> {
     let mut failed = Vec::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let path = match document {
-        "README.md" => root.join(document),
-        _ => root.join("docs").join(document),
-    };
-    let name = path.file_name().unwrap().to_str().unwrap();
     let folder = Folder::new();
     let shell = |line: &str| shell(&folder, line);
     for linked in ["benchmarks", "examples"] {
@@ -142,7 +168,7 @@ fn run_all(document: &str) -> Vec<String> {
     let found = shell("stickslip run -q && stickslip export -q paper.h5 -o mine.csv").0;
     assert_eq!(found, 0);
     let mut refusal = None;
-    for block in blocks(&std::fs::read_to_string(&path).unwrap()) {
+    for block in blocks(&std::fs::read_to_string(root.join(document)).unwrap()) {
         let whole = block.lines.join("\n");
         match block.language.as_str() {
             "toml" => {
@@ -153,54 +179,75 @@ fn run_all(document: &str) -> Vec<String> {
                 named.map(|named| folder.write(named, &whole));
             }
             // The JSON is the output of the command before it.
-            "json" => assert_eq!(refusal.take(), Some(json(&whole)), "{name}"),
-            "sh" | "text" => {
-                let commands = block.lines.iter().map(|line| line.trim_start_matches("$ "));
-                for command in commands.filter(|line| line.starts_with("stickslip ")) {
-                    let command = command.split("  #").next().unwrap().trim();
-                    if NOT_RUN.iter().any(|other| command.starts_with(other)) {
-                        continue;
-                    }
-                    for (_, _, make) in GIVEN
-                        .iter()
-                        .filter(|(of, before, _)| *of == name && command.starts_with(before))
-                    {
-                        let (status, _, stderr) = shell(make);
-                        assert_eq!(status, 0, "{name}: {make}: {stderr}");
-                    }
-                    let (status, stdout, stderr) = shell(command);
-                    if status == 2 && command.ends_with("--json") {
-                        refusal = Some(json(&stdout));
-                        continue;
-                    }
-                    if status != 0 {
-                        failed.push(format!("{name}: {command}: {stderr}"));
-                    }
-                }
-            }
+            "json" => assert_eq!(refusal.take(), Some(json(&whole)), "{document}"),
             _ => {}
         }
+        for (command, lines) in commands(&block) {
+            if NOT_RUN.iter().any(|other| command.starts_with(other)) {
+                continue;
+            }
+            for (_, make) in GIVEN.iter().filter(|(before, _)| command.starts_with(before)) {
+                let (status, _, stderr) = shell(make);
+                assert_eq!(status, 0, "{document}: {make}: {stderr}");
+            }
+            let (status, stdout, stderr) = shell(command);
+            if status == 2 && command.ends_with("--json") {
+                refusal = Some(json(&stdout));
+                continue;
+            }
+            // What the manual shows may be an error.
+            let Some(lines) = lines else {
+                if status != 0 {
+                    failed.push(format!("{document}: {command}: {stderr}"));
+                }
+                continue;
+            };
+            let printed = stdout + &stderr;
+            if let Some(line) = first_difference(&lines, &printed) {
+                failed.push(format!("{document}: {command}: not there: {line}\n{printed}"));
+            }
+        }
     }
-    assert_eq!(refusal, None, "{name}");
+    assert_eq!(refusal, None, "{document}");
     failed
 }
 
+/// Documents whose commands take seconds.
+const SHORT: &[&str] = &["README.md", "docs/1-first-run.md", "docs/2-your-case.md"];
+
 #[test]
 fn cli_the_commands_of_the_first_pages_run() {
-    for document in ["README.md", "commands.md", "page.md"] {
-        assert_eq!(run_all(document), Vec::<String>::new());
-    }
+    let failed: Vec<String> = SHORT.iter().flat_map(|document| run_all(document)).collect();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
 }
 
 #[test]
 #[ignore = "minutes: studies, calibrations and certificates"]
 fn cli_the_long_commands_of_the_manual_run() {
-    let docs = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")).unwrap();
-    let mut names: Vec<String> = docs
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.retain(|name| name.ends_with(".md") && !["commands.md", "page.md"].contains(&name.as_str()));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut names = Vec::new();
+    for folder in ["docs", "docs/reference"] {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            names.push(format!("{folder}/{}", entry.unwrap().file_name().into_string().unwrap()));
+        }
+    }
+    names.retain(|name| name.ends_with(".md") && !SHORT.contains(&name.as_str()));
     names.sort();
     let failed: Vec<String> = names.iter().flat_map(|name| run_all(name)).collect();
-    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+#[test]
+fn cli_the_comparison_of_printed_lines_sees_differences() {
+    let printed = "title\nt = 0 to 10 s in 0.148 s of wall time\n\nonset  6.975001494 s\nall within 2.1e-12 s\nlast\n";
+    let differs = |manual: &str| first_difference(&manual.lines().collect::<Vec<_>>(), printed);
+    assert_eq!(differs("title\n...\nonset 6.975001494 s\nall within 1.9e-12 s\nlast"), None);
+    assert_eq!(differs("title\nt = 0 to 10 s in 9 s of wall time\n..."), None);
+    assert_eq!(differs("tit...\n..."), Some("tit..."));
+    assert_eq!(differs("title\nt = 0 ...\n..."), None);
+    assert_eq!(differs("...\nonset 6.975001493 s\n..."), Some("onset 6.975001493 s"));
+    assert_eq!(differs("title\n..."), None);
+    assert_eq!(differs("title"), Some("(the end)"));
+    assert_eq!(differs("...\nall within 2.1e-10 s\n..."), Some("all within 2.1e-10 s"));
+    assert_eq!(differs("...\nlast\ntitle"), Some("title"));
 }
