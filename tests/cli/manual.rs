@@ -128,7 +128,11 @@ fn first_difference<'a>(manual: &[&'a str], printed: &str) -> Option<&'a str> {
             continue;
         }
         let is_it = |printed: &&str| is_as_written(line, printed);
-        let reach = if skips { printed.len() } else { printed.len().min(next + 1) };
+        let reach = if skips {
+            printed.len()
+        } else {
+            printed.len().min(next + 1)
+        };
         match printed[next..reach].iter().position(is_it) {
             Some(at) => next += at + 1,
             None => return Some(line),
@@ -228,7 +232,10 @@ fn cli_the_long_commands_of_the_manual_run() {
     let mut names = Vec::new();
     for folder in ["docs", "docs/reference"] {
         for entry in std::fs::read_dir(root.join(folder)).unwrap() {
-            names.push(format!("{folder}/{}", entry.unwrap().file_name().into_string().unwrap()));
+            names.push(format!(
+                "{folder}/{}",
+                entry.unwrap().file_name().into_string().unwrap()
+            ));
         }
     }
     names.retain(|name| name.ends_with(".md") && !SHORT.contains(&name.as_str()));
@@ -240,8 +247,11 @@ fn cli_the_long_commands_of_the_manual_run() {
 #[test]
 fn cli_the_comparison_of_printed_lines_sees_differences() {
     let printed = "title\nt = 0 to 10 s in 0.148 s of wall time\n\nonset  6.975001494 s\nall within 2.1e-12 s\nlast\n";
-    let differs = |manual: &str| first_difference(&manual.lines().collect::<Vec<_>>(), printed);
-    assert_eq!(differs("title\n...\nonset 6.975001494 s\nall within 1.9e-12 s\nlast"), None);
+    let differs = |manual: &'static str| first_difference(&manual.lines().collect::<Vec<_>>(), printed);
+    assert_eq!(
+        differs("title\n...\nonset 6.975001494 s\nall within 1.9e-12 s\nlast"),
+        None
+    );
     assert_eq!(differs("title\nt = 0 to 10 s in 9 s of wall time\n..."), None);
     assert_eq!(differs("tit...\n..."), Some("tit..."));
     assert_eq!(differs("title\nt = 0 ...\n..."), None);
