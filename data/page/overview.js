@@ -37,12 +37,16 @@ class Overview {
       if (event.button !== 0) return;
       canvas.setPointerCapture(event.pointerId);
       const x = event.offsetX, time = this.timeAt(x), [left, right] = this.mark();
-      const whole = chart.to - chart.from > 0.999 * (chart.limits[1] - chart.limits[0]);
-      held = { x, begin: whole ? time : null, off: x >= left && x <= right ? time - (chart.from + chart.to) / 2 : 0 };
+      held = { x, begin: this.isWhole() ? time : null, off: x >= left && x <= right ? time - (chart.from + chart.to) / 2 : 0 };
       move(x);
     });
     canvas.addEventListener("pointermove", event => held && move(event.offsetX));
     for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, () => (held = null));
+  }
+
+  isWhole() {
+    const { from, to, limits: [first, last] } = this.chart;
+    return to - from > 0.999 * (last - first);
   }
 
   // The edges of the part in view; a short one is as wide as the pointer can take.
@@ -104,7 +108,7 @@ class Overview {
     context.fillStyle = ink("select");
     context.beginPath();
     for (const [x, y] of [[left, 1], [right, 1], [right, OVERVIEW.plot], [LEFT + chart.plotWidth, this.height], [LEFT, this.height], [left, OVERVIEW.plot]]) context.lineTo(x, y);
-    context.fill();
+    if (!this.isWhole()) context.fill();
     context.strokeStyle = ink("focus");
     context.lineWidth = 1.5;
     context.strokeRect(left, 0.75, right - left, OVERVIEW.plot - 0.5);

@@ -161,6 +161,7 @@ const key = byId("key"), inModes = [...new Set(source.modes.code)].filter(code =
 const BEGINS = { "stick": "stick", "slip-forward": "slip", "separated": "separation" };
 byId("runs").hidden = !second;
 root.classList.toggle("two", second !== null);
+document.body.classList.toggle("certified", Boolean(certified));
 for (const [number, one, hues, style] of second ? [[1, page, COOL, "solid"], [2, page.second, WARM, "dashed"]] : []) {
   const entry = byId("runs").appendChild(element("span"));
   entry.append(...hues.slice(0, 3).map(colour => lineSwatch(colour, style)), `run ${number}: ${one.file}`);

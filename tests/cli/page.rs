@@ -91,7 +91,10 @@ fn cli_a_page_shows_two_runs_and_not_three() {
     let (stdout, stderr) = folder.ends("plot paper.h5 other.h5 --html pair.html", 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("pair.html\n", ""));
     let page = std::fs::read_to_string(folder.path("pair.html")).unwrap();
-    assert!(page.contains("other.h5") && page.contains("difference_of_relative_velocity"));
+    assert!(page.contains("difference_of_relative_velocity"));
+    let (_, heading) = page.split_once("<h1 id=\"title\">").unwrap();
+    let (heading, _) = heading.split_once("</h1>").unwrap();
+    assert!(heading.contains("paper.h5") && heading.contains("other.h5"), "{heading}");
     folder.refused(
         "plot paper.h5 other.h5 paper.h5 --html three.html",
         "or two, and 3 files are given",

@@ -407,14 +407,23 @@ fn cli_a_calibration_has_its_region() {
     let optimum = file.numbers("calibration/optimum").unwrap();
     let found = curve("optimum").points().collect::<Vec<_>>();
     assert_eq!(found, [(optimum[0], optimum[1])]);
-    // The page begins with the residuals, below 1 where the targets hold, and marks the optimum.
+    // The page opens on the region, with the groups of the figure, and marks the optimum.
     folder.ok("plot two.h5 --html two.html");
     let page = document(&std::fs::read_to_string(folder.path("two.html")).unwrap());
     let first = &page["columns"][page["first"][2].as_u64().unwrap() as usize];
-    assert_eq!(first["name"], "largest_residual");
-    let doubles = doubles(&first["low"]).into_iter().filter(|residual| *residual <= 1.0);
-    let inside = doubles.count();
-    assert_eq!(inside, held.len());
+    assert_eq!(first["name"], "held_targets");
+    let labels: Vec<&str> = (0..3).map(|code| first["words"][code][1].as_str().unwrap()).collect();
+    let drawn: Vec<usize> = labels.iter().map(|label| curve(label).points().count()).collect();
+    let groups = doubles(&first["low"]);
+    let count = |code: f64| groups.iter().filter(|group| **group == code).count();
+    assert_eq!([0.0, 1.0, 2.0].map(count).to_vec(), drawn);
+    assert_eq!(drawn[0], held.len());
+    assert_eq!(first["colours"], serde_json::json!(["blue", "orange", "grey"]));
+    let residuals = page["columns"].as_array().unwrap();
+    let residuals = residuals.iter().find(|column| column["name"] == "largest_residual").unwrap();
+    let inside = doubles(&residuals["low"]).into_iter().filter(|residual| *residual <= 1.0);
+    assert_eq!(inside.count(), held.len());
+    assert_eq!(page["overlays"][0]["region"], true);
     let marked = &page["overlays"][0]["curves"][0];
     assert_eq!(marked["pieces"], serde_json::json!([[[optimum[0], optimum[1]]]]));
     // One parameter alone has its residual; and other quantities of the runs can be drawn.
