@@ -295,7 +295,7 @@ class Chart {
   drawCurve(context, curve, y) {
     const { source } = curve, { entries, trajectory } = source, second = source !== this.run && !curve.limit, dense = entries > 2 * this.plotWidth;
     // A line of one pixel takes a fraction of the time of a broader one; where it is dense, it looks the same.
-    const thin = curve.limit || 4 * entries > this.plotWidth;
+    const thin = curve.limit || (second ? 1 : 4) * entries > this.plotWidth;
     const stroke = (dash, trace) => {
       context.beginPath();
       trace();

@@ -223,9 +223,10 @@ fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError
     let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
         return Ok(None);
     };
-    // In the order of the words, then the others. Empty ones are left out.
+    // In the order of the words, then the others. Empty ones and those that this case does not have are left out.
     let place = |name: &str| CERTIFICATE_WORDS.iter().position(|words| words.0 == name);
     let mut attributes = group.attributes;
+    attributes.retain(|(_, value)| !matches!(value, AttributeValue::Number(number) if number.is_nan()));
     attributes.sort_by_key(|(name, _)| place(name).unwrap_or(CERTIFICATE_WORDS.len()));
     let attributes = attributes.into_iter().map(|(name, value)| {
         let words = place(&name).map_or_else(|| name.replace('_', " "), |k| CERTIFICATE_WORDS[k].1.to_owned());
