@@ -12,7 +12,9 @@ th,td{padding:.25rem .6rem;border-bottom:1px solid #ddd;text-align:left;vertical
 font-variant-numeric:tabular-nums}section{display:grid;grid-template-columns:minmax(0,20rem) minmax(0,1fr);gap:1rem 2rem;\
 border-top:1px solid #ddd;padding:1rem 0}section h3{margin:0 0 .3rem;font-size:1.05rem}section p{margin:.3rem 0}\
 img{max-width:100%}.scroll{overflow-x:auto}pre{background:#f5f5f5;padding:.7rem;overflow-x:auto}\
-@media(max-width:44rem){section{grid-template-columns:1fr}}";
+@media(max-width:44rem){section{grid-template-columns:1fr}}\
+@media(prefers-color-scheme:dark){:root{color-scheme:dark}body{color:#e8e6e3;background:#1b1e22}a{color:#6bb8ee}th,td,section{border-color:#3a3e44}\
+pre{background:#121417}img{background:#fff;filter:invert(.89) hue-rotate(180deg)}polyline{stroke:#6bb8ee}svg path{stroke:#ff8a45}}";
 
 /// Size of the picture of a motion, px, and points that it has at most.
 const WIDTH: f64 = 520.0;
