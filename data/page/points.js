@@ -450,11 +450,16 @@ function towards(point, [right, up]) {
   return found;
 }
 
+const firstInView = () => {
+  const isInside = ({ curve, box: [left, right, top, bottom] }) => !curve && right >= plot.left && left <= plot.right && bottom >= plot.top && top <= plot.bottom;
+  return (places.find(isInside) || { point: shown[0] }).point;
+};
+
 canvas.addEventListener("keydown", event => {
   const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (!way || event.ctrlKey || event.altKey || event.metaKey) return;
   event.preventDefault();
-  if (view.point < 0) select(shown[0]);
+  if (view.point < 0) select(firstInView());
   else select((page.groups.length ? alongGroups : towards)(view.point, way));
 });
 canvas.setAttribute("aria-label", `The points of the file. ${page.hint}`);
