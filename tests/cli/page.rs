@@ -94,7 +94,10 @@ fn cli_a_page_shows_two_runs_and_not_three() {
     assert!(page.contains("difference_of_relative_velocity"));
     let (_, heading) = page.split_once("<h1 id=\"title\">").unwrap();
     let (heading, _) = heading.split_once("</h1>").unwrap();
-    assert!(heading.contains("paper.h5") && heading.contains("other.h5"), "{heading}");
+    assert!(
+        heading.contains("paper.h5") && heading.contains("other.h5"),
+        "{heading}"
+    );
     folder.refused(
         "plot paper.h5 other.h5 paper.h5 --html three.html",
         "or two, and 3 files are given",

@@ -420,8 +420,13 @@ fn cli_a_calibration_has_its_region() {
     assert_eq!(drawn[0], held.len());
     assert_eq!(first["colours"], serde_json::json!(["blue", "orange", "grey"]));
     let residuals = page["columns"].as_array().unwrap();
-    let residuals = residuals.iter().find(|column| column["name"] == "largest_residual").unwrap();
-    let inside = doubles(&residuals["low"]).into_iter().filter(|residual| *residual <= 1.0);
+    let residuals = residuals
+        .iter()
+        .find(|column| column["name"] == "largest_residual")
+        .unwrap();
+    let inside = doubles(&residuals["low"])
+        .into_iter()
+        .filter(|residual| *residual <= 1.0);
     assert_eq!(inside.count(), held.len());
     assert_eq!(page["overlays"][0]["region"], true);
     let marked = &page["overlays"][0]["curves"][0];

@@ -289,7 +289,11 @@ fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
     for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
         rows.push((name.to_owned(), file.text(name)?));
     }
-    rows.extend(file.meta()?.into_iter().map(|(name, value)| (name, as_read(&rounded(value)))));
+    rows.extend(
+        file.meta()?
+            .into_iter()
+            .map(|(name, value)| (name, as_read(&rounded(value)))),
+    );
     Ok(rows)
 }
 
