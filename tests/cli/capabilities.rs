@@ -1,4 +1,4 @@
-//! Which commands work for which case: the tables of docs/capabilities.md, filled in by the program itself. A cell
+//! Which commands work for which case: the tables of docs/validation/capabilities.md, filled in by the program itself. A cell
 //! contains a number, or the sentence with which the program says why there is none.
 //!
 //! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities:: -- --ignored` writes the tables again.
@@ -413,7 +413,7 @@ fn attempted(subject: &'static Subject) -> BTreeMap<&'static str, String> {
 
 /// Tries these cases, and compares the results with the page, or writes the page.
 fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/capabilities.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/validation/capabilities.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let cells_of = |subject: &'static Subject| match is_tried(subject.case) {
         true => attempted(subject),
@@ -441,7 +441,7 @@ fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
     } else {
         assert_eq!(
             now, page,
-            "STICKSLIP_WRITE=1 writes the tables of docs/capabilities.md anew"
+            "STICKSLIP_WRITE=1 writes the tables of docs/validation/capabilities.md anew"
         );
     }
 }

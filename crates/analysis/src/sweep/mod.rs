@@ -43,4 +43,6 @@ pub use journal::{EventRow, Existing, Journal, PointOutcome, Values, journal_pat
 pub use run::{Shard, Sweep, SweepReport};
 pub use runner::{Integrate, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;
+pub(crate) use axis::AXIS_KEYS;
+pub(crate) use study::KEY_TABLES;
 pub use study::{Design, Keep, STUDIES, STUDY_RTOL, Study, StudyPoint};
