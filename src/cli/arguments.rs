@@ -131,7 +131,9 @@ pub(super) enum Command {
     /// Compare methods and tolerances: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
-    #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list\n       stickslip case [OPTIONS] --keys [WORD]")]
+    #[command(
+        override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list\n       stickslip case [OPTIONS] --keys [WORD]"
+    )]
     Case(CaseOptions),
     /// Print the completion script of a shell.
     Completions(CompletionsOptions),
@@ -727,7 +729,7 @@ pub(super) struct CaseOptions {
     /// List the built-in cases and studies.
     #[arg(long)]
     pub list: bool,
-    /// List the keys of case and study files, or those that contain a word.
+    /// List the keys of files, or those that contain WORD.
     #[arg(long, value_name = "WORD", num_args = 0..=1, default_missing_value = "", conflicts_with = "list")]
     pub keys: Option<String>,
 }

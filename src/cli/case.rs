@@ -88,12 +88,18 @@ fn keys_with(word: &str) -> Result<Vec<ListedKey>, Error> {
     if !keys.is_empty() {
         return Ok(keys);
     }
-    let parts = names.iter().flat_map(|name| name.split('.')).chain(names.iter().map(String::as_str));
+    let parts = names
+        .iter()
+        .flat_map(|name| name.split('.'))
+        .chain(names.iter().map(String::as_str));
     let hint = match suggest(word, parts) {
         Some(close) => format!("did you mean {close}?"),
         None => "`stickslip case --keys` lists all".to_owned(),
     };
-    Err(Error::input(format!("no key of a case or a study contains \"{}\"; {hint}", shown(word))))
+    Err(Error::input(format!(
+        "no key of a case or a study contains \"{}\"; {hint}",
+        shown(word)
+    )))
 }
 
 #[derive(Serialize)]

@@ -60,7 +60,12 @@ fn of_signals() -> impl Iterator<Item = ListedKey> {
     };
     let profile = ListedKey {
         words: PROFILES.to_vec(),
-        ..listed("profile", "word", "required; a number alone is a constant", "shape of the signal")
+        ..listed(
+            "profile",
+            "word",
+            "required; a number alone is a constant",
+            "shape of the signal",
+        )
     };
     let others = SIGNAL_KEYS.iter().map(move |key| {
         let own = key.profiles.join(", ");
@@ -104,29 +109,36 @@ pub(crate) fn listed_keys() -> Vec<ListedKey> {
 }
 
 impl ListedKey {
-    /// Whether path, meaning or words contain this text in any case.
+    /// Whether path, meaning, type or words contain this text, in upper or lower case.
     pub fn contains(&self, text: &str) -> bool {
-        let mut words = self.words.iter().copied();
-        let text = text.to_lowercase();
-        self.key.to_lowercase().contains(&text)
-            || self.meaning.to_lowercase().contains(&text)
-            || words.any(|word| word.contains(&text))
+        let own = [self.key.as_str(), &self.meaning, &self.takes];
+        let mut all = own.into_iter().chain(self.words.iter().copied());
+        all.any(|one| one.to_lowercase().contains(&text.to_lowercase()))
     }
 
     /// Type and unit in words; of many words the first ones.
     pub fn type_and_unit(&self, most_words: usize) -> String {
         if !self.words.is_empty() {
-            let shown = self.words.iter().take(most_words).copied().collect::<Vec<_>>().join(" | ");
+            let shown = self
+                .words
+                .iter()
+                .take(most_words)
+                .copied()
+                .collect::<Vec<_>>()
+                .join(" | ");
             let more = self.words.len().saturating_sub(most_words);
             return match more {
                 0 => shown,
                 more => format!("{shown} | {more} more"),
             };
         }
-        let unit = self.unit.filter(|&unit| unit != "1").map(|unit| match self.unit_of_translation {
-            Some(other) => format!("{unit} or {other}"),
-            None => unit.to_owned(),
-        });
+        let unit = self
+            .unit
+            .filter(|&unit| unit != "1")
+            .map(|unit| match self.unit_of_translation {
+                Some(other) => format!("{unit} or {other}"),
+                None => unit.to_owned(),
+            });
         match (self.takes.as_str(), unit) {
             ("number", Some(unit)) => unit,
             (takes, Some(unit)) => format!("{takes}, {unit}"),

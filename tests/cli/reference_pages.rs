@@ -52,26 +52,36 @@ fn written(argument: &Arg) -> String {
 }
 
 fn meaning(argument: &Arg) -> String {
-    let help = argument.get_long_help().or(argument.get_help()).unwrap_or_default();
-    let mut text = cell(&help.to_string());
-    let defaults: Vec<_> = argument.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
+    let mut text = cell(&argument.get_help().map(ToString::to_string).unwrap_or_default());
+    let defaults: Vec<_> = argument
+        .get_default_values()
+        .iter()
+        .map(|value| value.to_string_lossy())
+        .collect();
     let takes_value = matches!(argument.get_action(), ArgAction::Set | ArgAction::Append);
     if takes_value && !defaults.is_empty() && !text.contains("[default") {
         write!(text, " [default: {}]", cell(&defaults.join(", "))).unwrap();
     }
-    if matches!(argument.get_action(), ArgAction::Append) && !argument.is_positional() && !text.contains("may be repeated") {
-        text += " May be repeated.";
+    let is_list = matches!(argument.get_action(), ArgAction::Append) && !argument.is_positional();
+    let takes_one = argument.get_num_args().is_none_or(|count| count.max_values() == 1);
+    if is_list && takes_one && argument.get_value_delimiter().is_none() && !text.contains("may be repeated") {
+        text += "; may be repeated";
     }
     text
 }
 
 fn arguments<'a>(command: &'a Command, global: bool) -> impl Iterator<Item = &'a Arg> {
     let own = command.get_arguments();
-    own.filter(move |one| !one.is_hide_set() && one.is_global_set() == global && !["help", "version"].contains(&one.get_id().as_str()))
+    own.filter(move |one| {
+        !one.is_hide_set() && one.is_global_set() == global && !["help", "version"].contains(&one.get_id().as_str())
+    })
 }
 
 fn rows<'a>(arguments: impl Iterator<Item = &'a Arg>) -> String {
-    table(&["argument", "meaning"], arguments.map(|one| vec![written(one), meaning(one)]))
+    table(
+        &["argument", "meaning"],
+        arguments.map(|one| vec![written(one), meaning(one)]),
+    )
 }
 
 #[test]
@@ -94,7 +104,13 @@ fn regression_the_page_of_commands_is_the_help_of_the_program() {
         let usage = usage.trim_start_matches("Usage: ");
         let usage: Vec<&str> = usage.lines().map(str::trim).collect();
         let about = command.get_about().unwrap_or_default();
-        write!(each, "### {}\n\n{about}\n\n```text\n{}\n```\n\n", command.get_name(), usage.join("\n")).unwrap();
+        write!(
+            each,
+            "### {}\n\n{about}\n\n```console\n{}\n```\n\n",
+            command.get_name(),
+            usage.join("\n")
+        )
+        .unwrap();
         each += &rows(arguments(command, false));
     }
     hold("commands.md", &[("list of commands", list), ("each command", each)]);
@@ -106,7 +122,12 @@ fn regression_the_page_of_keys_is_the_schema_of_cases_and_studies() {
     let listed = listed.as_array().unwrap();
     let text = |key: &Value, name: &str| key[name].as_str().unwrap_or_default().to_owned();
     let takes = |key: &Value| {
-        let words: Vec<String> = key["words"].as_array().unwrap().iter().map(|word| format!("`{}`", word.as_str().unwrap())).collect();
+        let words: Vec<String> = key["words"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|word| format!("`{}`", word.as_str().unwrap()))
+            .collect();
         if !words.is_empty() {
             return words.join(", ");
         }
@@ -120,45 +141,67 @@ fn regression_the_page_of_keys_is_the_schema_of_cases_and_studies() {
             takes => format!("{takes}, {unit}"),
         }
     };
-    // One table for each table of a file, under a heading for each kind of file.
-    let table_of = |key: &Value| text(key, "key").rsplit_once('.').map(|(table, _)| table.to_owned()).unwrap_or_default();
+    let table_of = |key: &Value| {
+        text(key, "key")
+            .rsplit_once('.')
+            .map(|(table, _)| table.to_owned())
+            .unwrap_or_default()
+    };
+    // One table for each table of a file, of studies also for each command.
     let part = |is_of: &dyn Fn(&str) -> bool| {
-        // Both trains have the same keys.
-        let is_listed = |key: &&Value| is_of(key["of"].as_str().unwrap()) && table_of(key) != "stator";
+        let of = |key: &Value| match text(key, "of") {
+            studies if studies.starts_with("studies") => (studies, table_of(key)),
+            _ => (String::new(), table_of(key)),
+        };
+        // Both trains have the same keys, and the law of trains has one word more.
+        let is_listed = |key: &&Value| {
+            let is_brakes_law = key["key"] == "friction.law" && key["of"] == "cases with [torsion]";
+            is_of(key["of"].as_str().unwrap()) && table_of(key) != "stator" && !is_brakes_law
+        };
         let own: Vec<&Value> = listed.iter().filter(is_listed).collect();
         let mut tables: Vec<(String, String)> = Vec::new();
         for key in &own {
-            let of = (text(key, "of"), table_of(key));
-            if !tables.contains(&of) {
-                tables.push(of);
+            if !tables.contains(&of(key)) {
+                tables.push(of(key));
             }
         }
         let mut part = String::new();
-        for of in tables {
-            let rows = own.iter().filter(|key| (text(key, "of"), table_of(key)) == of).map(|key| {
+        for one in tables {
+            let rows = own.iter().filter(|key| of(key) == one).map(|key| {
                 let name = text(key, "key");
                 let name = name.rsplit('.').next().unwrap().to_owned();
-                vec![format!("`{name}`"), takes(key), cell(&text(key, "default")), cell(&text(key, "meaning"))]
+                let trains = key["of"] == "cases with [rotor] and [stator]" && one.1 != "rotor";
+                let meaning = cell(&text(key, "meaning")) + if trains { " (trains only)" } else { "" };
+                vec![format!("`{name}`"), takes(key), cell(&text(key, "default")), meaning]
             });
-            let title = match of.1.as_str() {
-                "" => "Keys outside tables".to_owned(),
+            let title = match one.1.as_str() {
+                "" => "Outside tables".to_owned(),
                 "SIGNAL" => "Table of a signal".to_owned(),
-                "rotor" => "`[rotor]` and `[stator]`".to_owned(),
+                "rotor" => "`[rotor]` and `[stator]`: trains".to_owned(),
+                "torsion" => "`[torsion]`: a brake".to_owned(),
                 table if table.ends_with("[]") => format!("`[[{}]]`", table.trim_end_matches("[]")),
                 table => format!("`[{table}]`"),
             };
-            let whose = match of.0.as_str() {
-                "every case" | "signals" => String::new(),
-                whose => format!(" ({whose})"),
+            let whose = match one.0.strip_prefix("studies of ") {
+                Some(commands) => format!(" ({commands})"),
+                None => String::new(),
             };
-            write!(part, "#### {title}{whose}\n\n{}", table(&["key", "unit or type", "default", "meaning"], rows)).unwrap();
+            write!(
+                part,
+                "#### {title}{whose}\n\n{}",
+                table(&["key", "unit or type", "default", "meaning"], rows)
+            )
+            .unwrap();
         }
         part
     };
     hold(
         "keys.md",
         &[
-            ("keys of cases", part(&|of| !of.starts_with("studies") && of != "signals")),
+            (
+                "keys of cases",
+                part(&|of| !of.starts_with("studies") && of != "signals"),
+            ),
             ("keys of signals", part(&|of| of == "signals")),
             ("keys of studies", part(&|of| of.starts_with("studies"))),
         ],
@@ -171,20 +214,45 @@ fn cli_case_keys_lists_what_contains_a_word() {
     let folder = Folder::new();
     let keys = |arguments: &str| -> Vec<String> {
         let listed = folder.json(arguments);
-        listed.as_array().unwrap().iter().map(|key| key["key"].as_str().unwrap().to_owned()).collect()
+        listed
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|key| key["key"].as_str().unwrap().to_owned())
+            .collect()
     };
     let all = keys("case --keys");
-    for key in ["title", "torsion.damping", "rotor.inertia", "perturbation[].time", "SIGNAL.amplitude", "axis[].key", "target[].value"] {
+    for key in [
+        "title",
+        "torsion.damping",
+        "rotor.inertia",
+        "perturbation[].time",
+        "SIGNAL.amplitude",
+        "axis[].key",
+        "target[].value",
+    ] {
         assert!(all.iter().any(|one| one == key), "{key}");
     }
-    assert_eq!(keys("case --keys diameter"), ["contact.radius", "contact.outer_diameter", "contact.inner_diameter"][1..]);
+    assert_eq!(
+        keys("case --keys diameter"),
+        ["contact.radius", "contact.outer_diameter", "contact.inner_diameter"][1..]
+    );
     assert!(keys("case --keys SOBOL").contains(&"sample.method".to_owned()));
     assert!(keys("case --keys lugre").contains(&"friction.law".to_owned()));
     let (stdout, _) = folder.ends("case --keys torsion", 0);
-    for words in ["unit or type", "torsion.damping", "N m s/rad", "required", "c_t, torsional contact damping of each disk"] {
+    for words in [
+        "unit or type",
+        "torsion.damping",
+        "N m s/rad",
+        "required",
+        "c_t, torsional contact damping of each disk",
+    ] {
         assert!(stdout.contains(words), "{words}: {stdout}");
     }
-    folder.refused("case --keys frictoin", "no key of a case or a study contains \"frictoin\"; did you mean friction?");
+    folder.refused(
+        "case --keys frictoin",
+        "no key of a case or a study contains \"frictoin\"; did you mean friction?",
+    );
     folder.refused("case paper --keys", "cannot be used with");
 }
 
@@ -203,7 +271,9 @@ impl Listing {
         let own = all.filter(|one| one["group"] == group && is_listed(&text(one, "name")));
         own.map(|one| {
             let flags = one["flags"].as_array().unwrap().iter();
-            let codes: Vec<String> = flags.map(|flag| format!("{} {}", flag["value"], flag["meaning"].as_str().unwrap())).collect();
+            let codes: Vec<String> = flags
+                .map(|flag| format!("{} {}", flag["value"], flag["meaning"].as_str().unwrap()))
+                .collect();
             let mut meaning = text(one, "long_name");
             if !codes.is_empty() {
                 meaning = format!("{meaning}: {}", codes.join(", "));
@@ -220,10 +290,15 @@ impl Listing {
     fn attributes(&self, group: &str, is_listed: impl Fn(&str) -> bool) -> Vec<Vec<String>> {
         let all = self.0["attributes"].as_array().unwrap();
         let value = |name: String| {
-            let found = all.iter().find(|one| one["group"] == group && one["name"] == name.as_str());
+            let found = all
+                .iter()
+                .find(|one| one["group"] == group && one["name"] == name.as_str());
             found.and_then(|one| one["value"].as_str()).map(str::to_owned)
         };
-        let names = all.iter().filter(|one| one["group"] == group).map(|one| one["name"].as_str().unwrap());
+        let names = all
+            .iter()
+            .filter(|one| one["group"] == group)
+            .map(|one| one["name"].as_str().unwrap());
         names
             .filter(|name| is_listed(name))
             .filter_map(|name| {
@@ -243,7 +318,10 @@ fn runs() -> (Folder, Listing, Listing) {
     let folder = Folder::new();
     folder.ok("run paper --method series -q");
     folder.ok("certify belt-leine -q");
-    let (paper, belt) = (Listing::of(&folder, "paper.h5"), Listing::of(&folder, "belt-leine.certified.h5"));
+    let (paper, belt) = (
+        Listing::of(&folder, "paper.h5"),
+        Listing::of(&folder, "belt-leine.certified.h5"),
+    );
     (folder, paper, belt)
 }
 
@@ -278,11 +356,21 @@ fn regression_the_page_of_columns_is_what_files_have() {
         "precision.toml",
         "case = \"belt-coulomb\"\nseries = [{ methods = [\"series\"], tolerances = [1e-8] }]\n",
     );
-    for command in ["sweep map", "sweep boundary", "continue branches", "work-precision precision"] {
+    for command in [
+        "sweep map",
+        "sweep boundary",
+        "continue branches",
+        "work-precision precision",
+    ] {
         folder.ok(format!("{command}.toml -q").as_str());
     }
     let open = |file: &str| Listing::of(&folder, file);
-    let (dense, cycle, map, boundary) = (open("dense.h5"), open("certified-cycle.h5"), open("map.h5"), open("boundary.h5"));
+    let (dense, cycle, map, boundary) = (
+        open("dense.h5"),
+        open("certified-cycle.h5"),
+        open("map.h5"),
+        open("boundary.h5"),
+    );
     let (branches, precision) = (open("branches.h5"), open("precision.h5"));
     let all = |_: &str| true;
     let titled = |listing: &Listing, groups: &[&str]| -> String {
@@ -299,8 +387,16 @@ fn regression_the_page_of_columns_is_what_files_have() {
     let one_channel = |name: &str| !name.starts_with("band_") && !name.starts_with("rate_");
     let mut certificate = belt.variables("/certificate", one_channel);
     for (name, unit, meaning) in [
-        ("`band_NAME`", "as NAME", "how far channel NAME can be from the exact solution at equal phase"),
-        ("`rate_NAME`", "as NAME, per s", "largest rate of change of the channel in the stretch"),
+        (
+            "`band_NAME`",
+            "as NAME",
+            "how far channel NAME can be from the exact solution at equal phase",
+        ),
+        (
+            "`rate_NAME`",
+            "as NAME, per s",
+            "largest rate of change of the channel in the stretch",
+        ),
     ] {
         certificate.push([name, unit, meaning].map(str::to_owned).to_vec());
     }
@@ -320,11 +416,21 @@ fn regression_the_page_of_columns_is_what_files_have() {
             ("sensitivity", table(&COLUMNS, belt.variables("/sensitivity", all))),
             (
                 "cycle",
-                table(&ATTRIBUTES, [cycle.attributes("/cycle", all), cycle.attributes("/cycle_certificate", all)].concat())
-                    + &table(
-                        &COLUMNS,
-                        [cycle.variables("/cycle", all), cycle.variables("/cycle_certificate", all)].concat(),
-                    ),
+                table(
+                    &ATTRIBUTES,
+                    [
+                        cycle.attributes("/cycle", all),
+                        cycle.attributes("/cycle_certificate", all),
+                    ]
+                    .concat(),
+                ) + &table(
+                    &COLUMNS,
+                    [
+                        cycle.variables("/cycle", all),
+                        cycle.variables("/cycle_certificate", all),
+                    ]
+                    .concat(),
+                ),
             ),
             (
                 "sweep",
@@ -340,18 +446,39 @@ fn regression_the_page_of_columns_is_what_files_have() {
 fn regression_the_page_of_quantities_is_the_registry() {
     use stickslip::case::Motion;
     let (_folder, paper, belt) = runs();
-    let in_files = [paper.attributes("/stick_slip", |_| true), belt.attributes("/stick_slip", |_| true)].concat();
+    let in_files = [
+        paper.attributes("/stick_slip", |_| true),
+        belt.attributes("/stick_slip", |_| true),
+    ]
+    .concat();
     let is_in_files = |name: &str| {
-        let name = if name == "energy_residual" { "energy_residual_max" } else { name };
+        let name = if name == "energy_residual" {
+            "energy_residual_max"
+        } else {
+            name
+        };
         in_files.iter().any(|row| row[0] == format!("`{name}`"))
     };
     let quantities = stickslip::sweep::QUANTITIES.iter().map(|one| {
-        let kind = if one.is_count() { "count" } else { one.unit(Motion::Rotation) };
+        let kind = if one.is_count() {
+            "count"
+        } else {
+            one.unit(Motion::Rotation)
+        };
         let file = if is_in_files(one.name) { "file" } else { "" };
-        vec![format!("`{}`", one.name), kind.to_owned(), file.to_owned(), cell(one.description)]
+        vec![
+            format!("`{}`", one.name),
+            kind.to_owned(),
+            file.to_owned(),
+            cell(one.description),
+        ]
     });
     let channels = stickslip::record::channel::all().map(|one| {
-        let aliases: Vec<String> = one.aliases.split_whitespace().map(|alias| format!("`{alias}`")).collect();
+        let aliases: Vec<String> = one
+            .aliases
+            .split_whitespace()
+            .map(|alias| format!("`{alias}`"))
+            .collect();
         vec![
             format!("`{}`", one.name),
             one.unit.to_owned(),
@@ -363,8 +490,11 @@ fn regression_the_page_of_quantities_is_the_registry() {
     hold(
         "quantities.md",
         &[
-            ("quantities", table(&["name", "unit", "", "meaning"], quantities)),
-            ("channels", table(&["name", "unit", "symbol", "meaning", "also"], channels)),
+            ("quantities", table(&["name", "unit", "in", "meaning"], quantities)),
+            (
+                "channels",
+                table(&["name", "unit", "symbol", "meaning", "also"], channels),
+            ),
         ],
     );
 }

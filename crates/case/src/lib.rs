@@ -56,8 +56,8 @@ pub use document::{CaseError, CaseProblem, Override};
 pub use exact::ExactCase;
 pub use quantity::Motion;
 pub use schema::{METHOD, key_of, train_keys};
-pub use value::{PROFILES, SIGNAL_KEYS, SignalKey};
 pub use source::{CaseSource, Origin, toml_text, words};
+pub use value::{PROFILES, SIGNAL_KEYS, SignalKey};
 pub use words::Words;
 pub use written::{CaseNumber, WrittenCase};
 

@@ -36,19 +36,34 @@ pub struct CalibrationStudy {
 }
 
 const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new("free", "tables", "", "parameters that are looked for: one table for each, at most twelve"),
+    StudyKey::new(
+        "free",
+        "tables",
+        "",
+        "parameters that are looked for: one table for each, at most twelve",
+    ),
     StudyKey::new("target", "tables", "", "measured numbers: one table for each"),
     StudyKey::new("search", "table", "its defaults", "extent of the search"),
 ];
 const FREE_KEYS: &[StudyKey] = &[
-    StudyKey::new("key", "text or list", "", "key of the case that is looked for, or several with one value"),
+    StudyKey::new(
+        "key",
+        "text or list",
+        "",
+        "key of the case that is looked for, or several with one value",
+    ),
     StudyKey::new("from", "number or text", "", "one end of the range"),
     StudyKey::new("to", "number or text", "", "the other end"),
     StudyKey::new("spacing", "\"linear\" or \"log\"", "linear", "scale of the range"),
 ];
 const TARGET_KEYS: &[StudyKey] = &[
     StudyKey::new("quantity", "text", "", "name of the measured quantity"),
-    StudyKey::new("value", "text or number", "", "the number as printed, such as \"6.975 s\""),
+    StudyKey::new(
+        "value",
+        "text or number",
+        "",
+        "the number as printed, such as \"6.975 s\"",
+    ),
     StudyKey::new(
         "half_width",
         "text or number",
@@ -63,7 +78,12 @@ const TARGET_KEYS: &[StudyKey] = &[
     ),
 ];
 const SEARCH_KEYS: &[StudyKey] = &[
-    StudyKey::new("points", "whole number", "1024", "points of the first sample, 16 to 65536"),
+    StudyKey::new(
+        "points",
+        "whole number",
+        "1024",
+        "points of the first sample, 16 to 65536",
+    ),
     StudyKey::new("starts", "whole number", "16", "number of local searches"),
     StudyKey::new("seed", "whole number", "0", "seed of the random numbers"),
 ];

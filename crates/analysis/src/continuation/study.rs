@@ -31,15 +31,60 @@ const STUDY_KEYS: &[StudyKey] = &[
     StudyKey::new("branch", "table", "its defaults", "what is followed, and how far"),
 ];
 const BRANCH_KEYS: &[StudyKey] = &[
-    StudyKey::new("of", "text or list", "cycle", "what is followed: \"steady\" sliding, a \"cycle\", or both"),
-    StudyKey::new("from", "\"end\" or \"initial\"", "end", "where the search for a cycle starts, as in stickslip cycle"),
-    StudyKey::new("period", "number, s", "the best fit", "length near which the cycle is looked for"),
-    StudyKey::new("periods", "whole number", "the best fit", "length of the cycle in drive periods or turns"),
-    StudyKey::new("direction", "\"both\", \"up\" or \"down\"", "both", "directions of the parameter"),
-    StudyKey::new("points", "whole number", "400", "most points of a branch in one direction"),
-    StudyKey::new("step", "number", "0.03", "longest step, as a fraction of range and motion"),
-    StudyKey::new("follow", "list", "[\"hopf\", \"flip\"]", "special points whose branches are followed, too"),
-    StudyKey::new("curves", "list", "[]", "special points that are followed in two parameters"),
+    StudyKey::new(
+        "of",
+        "text or list",
+        "cycle",
+        "what is followed: \"steady\" sliding, a \"cycle\", or both",
+    ),
+    StudyKey::new(
+        "from",
+        "\"end\" or \"initial\"",
+        "end",
+        "where the search for a cycle starts, as in stickslip cycle",
+    ),
+    StudyKey::new(
+        "period",
+        "number, s",
+        "the best fit",
+        "length near which the cycle is looked for",
+    ),
+    StudyKey::new(
+        "periods",
+        "whole number",
+        "the best fit",
+        "length of the cycle in drive periods or turns",
+    ),
+    StudyKey::new(
+        "direction",
+        "\"both\", \"up\" or \"down\"",
+        "both",
+        "directions of the parameter",
+    ),
+    StudyKey::new(
+        "points",
+        "whole number",
+        "400",
+        "most points of a branch in one direction",
+    ),
+    StudyKey::new(
+        "step",
+        "number",
+        "0.03",
+        "longest step, as a fraction of range and motion",
+    ),
+    StudyKey::new(
+        "follow",
+        "list",
+        "[\"hopf\", \"flip\"]",
+        "special points whose branches are followed, too",
+    ),
+    StudyKey::new(
+        "curves",
+        "list",
+        "[]",
+        "special points that are followed in two parameters",
+    ),
 ];
 
 /// Tables of the study and their keys.

@@ -82,7 +82,12 @@ impl StudyReader {
     }
 
     /// A table with `known` keys; `None` after a report.
-    pub(crate) fn table<'a>(&mut self, node: &'a PlacedValue, path: &str, known: &[StudyKey]) -> Option<&'a PlacedValue> {
+    pub(crate) fn table<'a>(
+        &mut self,
+        node: &'a PlacedValue,
+        path: &str,
+        known: &[StudyKey],
+    ) -> Option<&'a PlacedValue> {
         let CaseValue::Table(_) = node.value else {
             return self.expected(node, path, "a table");
         };

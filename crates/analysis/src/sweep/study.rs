@@ -79,28 +79,68 @@ const MOST_POINTS: u64 = 1_000_000_000;
 const MOST_LEVELS: usize = 4_000_000;
 
 const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new("axis", "tables", "", "parameters that vary: one table for each; none with points"),
-    StudyKey::new("sample", "table", "none: the grid", "a random sample instead of every combination"),
+    StudyKey::new(
+        "axis",
+        "tables",
+        "",
+        "parameters that vary: one table for each; none with points",
+    ),
+    StudyKey::new(
+        "sample",
+        "table",
+        "none: the grid",
+        "a random sample instead of every combination",
+    ),
     StudyKey::new(
         "points",
         "text",
         "none",
         "CSV file with the points, instead of axes; its first line names the keys",
     ),
-    StudyKey::new("keep", "table", "the summary alone", "what is stored of each run besides its summary"),
-    StudyKey::new("show", "text or list", "none", "quantities that figures show by default"),
-    StudyKey::new("boundary", "table", "none", "traces the boundary of a criterion in the plane of two axes"),
+    StudyKey::new(
+        "keep",
+        "table",
+        "the summary alone",
+        "what is stored of each run besides its summary",
+    ),
+    StudyKey::new(
+        "show",
+        "text or list",
+        "none",
+        "quantities that figures show by default",
+    ),
+    StudyKey::new(
+        "boundary",
+        "table",
+        "none",
+        "traces the boundary of a criterion in the plane of two axes",
+    ),
 ];
 
 const SAMPLE_KEYS: &[StudyKey] = &[
     StudyKey::new("method", "\"latin-hypercube\" or \"sobol\"", "", "how points are drawn"),
-    StudyKey::new("count", "whole number", "", "number of points; at most 65536 with sobol"),
+    StudyKey::new(
+        "count",
+        "whole number",
+        "",
+        "number of points; at most 65536 with sobol",
+    ),
     StudyKey::new("seed", "whole number", "0", "seed of the random numbers"),
 ];
 
 const KEEP_KEYS: &[StudyKey] = &[
-    StudyKey::new("events", "true or false", "false", "the events of each run, in the study's file"),
-    StudyKey::new("trajectory", "true or false", "false", "a result file of each run, in STUDY.runs/"),
+    StudyKey::new(
+        "events",
+        "true or false",
+        "false",
+        "the events of each run, in the study's file",
+    ),
+    StudyKey::new(
+        "trajectory",
+        "true or false",
+        "false",
+        "a result file of each run, in STUDY.runs/",
+    ),
 ];
 
 /// Tables of the study and their keys.

@@ -86,9 +86,24 @@ pub struct PrecisionStudy {
 }
 
 const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new("repeat", "whole number", "1", "repetitions of each run; the least time counts"),
-    StudyKey::new("series", "tables", "", "methods with their tolerances or steps: one table for each"),
-    StudyKey::new("reference", "table", "the exact solver", "what the errors are measured against"),
+    StudyKey::new(
+        "repeat",
+        "whole number",
+        "1",
+        "repetitions of each run; the least time counts",
+    ),
+    StudyKey::new(
+        "series",
+        "tables",
+        "",
+        "methods with their tolerances or steps: one table for each",
+    ),
+    StudyKey::new(
+        "reference",
+        "table",
+        "the exact solver",
+        "what the errors are measured against",
+    ),
 ];
 const SERIES_KEYS: &[StudyKey] = &[
     StudyKey::new("methods", "list", "", "integration methods"),
@@ -96,9 +111,19 @@ const SERIES_KEYS: &[StudyKey] = &[
     StudyKey::new("steps", "list, s", "none: tolerances", "fixed steps"),
 ];
 const REFERENCE_KEYS: &[StudyKey] = &[
-    StudyKey::new("truth", "text", "none: a run", "JSON file of true events, beside the study"),
+    StudyKey::new(
+        "truth",
+        "text",
+        "none: a run",
+        "JSON file of true events, beside the study",
+    ),
     StudyKey::new("method", "text", "series", "method of the reference"),
-    StudyKey::new("check", "text", "arkode", "independent method; its distance is the uncertainty"),
+    StudyKey::new(
+        "check",
+        "text",
+        "arkode",
+        "independent method; its distance is the uncertainty",
+    ),
     StudyKey::new("rtol", "number", "1e-13", "relative tolerance of both"),
 ];
 
@@ -298,8 +323,10 @@ fn read_reference(
     reader.table(node, "reference", REFERENCE_KEYS)?;
     if let Some(truth) = node.at("truth") {
         if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key.name).is_some()) {
-            let message =
-                format!("with truth, which is computed already, reference.{} has no meaning: remove one", other.name);
+            let message = format!(
+                "with truth, which is computed already, reference.{} has no meaning: remove one",
+                other.name
+            );
             return reader.refuse(truth, "reference.truth", message);
         }
         let name = reader.text(truth, "reference.truth")?;
