@@ -88,7 +88,8 @@ fn rows<'a>(arguments: impl Iterator<Item = &'a Arg>) -> String {
 fn regression_the_page_of_commands_is_the_help_of_the_program() {
     let mut program = stickslip::cli::Arguments::command();
     program.build();
-    let commands: Vec<&Command> = program.get_subcommands().filter(|one| !one.is_hide_set()).collect();
+    let is_listed = |one: &&Command| !one.is_hide_set() && one.get_name() != "help";
+    let commands: Vec<&Command> = program.get_subcommands().filter(is_listed).collect();
     let mut list = table(
         &["command", "purpose"],
         commands.iter().map(|one| {
@@ -99,7 +100,7 @@ fn regression_the_page_of_commands_is_the_help_of_the_program() {
     list += "Options of every command:\n\n";
     list += &rows(arguments(&program, true));
     let mut each = String::new();
-    for command in commands.iter().filter(|one| one.get_name() != "help") {
+    for command in &commands {
         let usage = (*command).clone().render_usage().to_string();
         let usage = usage.trim_start_matches("Usage: ");
         let usage: Vec<&str> = usage.lines().map(str::trim).collect();
