@@ -252,7 +252,7 @@ fn case_the_friction_of_the_paper_in_other_words() {
     let of = |row: &str| {
         let line = manual
             .lines()
-            .find(|line| line.starts_with(&format!("| `{row}`")))
+            .find(|line| line.starts_with(&format!("|`{row}`")))
             .unwrap();
         line.trim_end_matches([' ', '|'])
             .rsplit('|')

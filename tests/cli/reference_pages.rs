@@ -435,7 +435,7 @@ fn regression_the_page_of_columns_is_what_files_have() {
             ),
             (
                 "sweep",
-                titled(&map, &["/events"]) + &titled(&boundary, &["/boundary", "/linear_limit", "/growth_contours"]),
+                titled(&map, &["/events"]) + &titled(&boundary, &["/boundary"]),
             ),
             ("continuation", titled(&branches, &["/branches", "/points", "/curves"])),
             ("work-precision", titled(&precision, &["/runs", "/reference"])),
