@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Check that docs/result-file.md names every variable and attribute of a result file, with its unit.
+"""Check that docs/reference/columns.md names every variable and attribute of a result file, with its unit.
 
     python .ci/documented.py paper.h5
 
@@ -14,7 +14,8 @@ import h5py
 
 
 def main(path):
-    text = pathlib.Path(__file__).parent.parent.joinpath("docs", "result-file.md").read_text()
+    folder = pathlib.Path(__file__).parent.parent / "docs" / "reference"
+    text = (folder / "columns.md").read_text() + (folder / "quantities.md").read_text()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
     units = {}
     for names, unit, *_ in rows:
@@ -48,7 +49,7 @@ def main(path):
         missing += [f"{name} of {group}" for group in ("/", "/meta") for name in file[group].attrs if name not in words]
     for name in missing:
         print(f"NOT DOCUMENTED: {name}")
-    print(f"docs/result-file.md: {len(missing)} missing")
+    print(f"docs/reference/columns.md: {len(missing)} missing")
     sys.exit(1 if missing else 0)
 
 

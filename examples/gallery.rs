@@ -1,6 +1,6 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
-//! One run of the paper's brake, and from it all figures of the catalogue, into docs/figures: those of docs/gallery.md;
+//! One run of the paper's brake, and from it all figures of the catalogue, into docs/figures: those of docs/reference/figures.md;
 //! the onset of `paper-si` against the tolerance; the portrait of a run of trains;
 //! and that of the built-in work-precision study, which takes some minutes and whose times are those of the machine.
 

@@ -1,4 +1,4 @@
-//! Two measurements behind docs/methods.md, with the solver layer alone: what the dense output of a method of high
+//! Two measurements behind docs/theory.md, with the solver layer alone: what the dense output of a method of high
 //! order is worth, and what it costs to trust the convergence rate of earlier Newton iterations.
 //!
 //!     cargo run --release --example solver_choices

@@ -5,7 +5,7 @@
     run.events["time"]            # s
     run.trajectory["normal_force"]  # N; see run.units
 
-All numbers are in SI and radians. The columns are described in docs/result-file.md, the module in docs/python.md.
+All numbers are in SI and radians. The columns are described in docs/reference/columns.md, the module in docs/reference/python.md.
 """
 
 import sys as _sys

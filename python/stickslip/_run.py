@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray
 
 SCALES = ("rung", "stretch", "parameter")
-"""Of groups with more than one dimension (docs/result-file.md), the columns that begin the next."""
+"""Of groups with more than one dimension (docs/reference/columns.md), the columns that begin the next."""
 
 COEFFICIENTS = 16
 """Chebyshev coefficients of a piece of the dense output."""
@@ -98,7 +98,7 @@ class Run:
     """A run of a case, in memory or in a result file.
 
     :func:`run` computes one, :func:`open` opens one. Columns, units and codes are those of the result file
-    (docs/result-file.md); all is in SI and radians.
+    (docs/reference/columns.md); all is in SI and radians.
     """
 
     def __init__(self, native: _native.Run) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-MANUAL = Path(__file__).parents[2] / "docs" / "python.md"
+MANUAL = Path(__file__).parents[2] / "docs" / "reference" / "python.md"
 
 
 @pytest.mark.skipif(not MANUAL.exists(), reason="the manual is not beside the tests")

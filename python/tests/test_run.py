@@ -25,7 +25,7 @@ from conftest import SHORT
 
 
 def test_regression_paper_onset(paper):
-    # The onset of the built-in case, docs/accuracy.md: 6.975001494 s.
+    # The onset of the built-in case, docs/theory.md: 6.975001494 s.
     assert paper.summary["onset_time"] == pytest.approx(6.975001494, abs=1e-9)
     assert paper.status == "complete"
     sticks = paper.events[paper.events["kind"] == "stick"]
@@ -34,7 +34,7 @@ def test_regression_paper_onset(paper):
 
 
 def test_published_belt_period(belt):
-    # Leine and others 1998: duration of a slip, and the position at its end (docs/accuracy.md).
+    # Leine and others 1998: duration of a slip, and the position at its end (docs/theory.md).
     slip = belt.events[belt.events["kind"] == "slip"][0]
     stick = belt.events[belt.events["time"] > slip["time"]][0]
     assert stick["kind"] == "stick"
@@ -211,7 +211,7 @@ def test_property_dense_output_goes_through_the_samples(belt):
     for channel in ("phi1", "relative_velocity", "normal_force"):
         values = belt.at(times, channel)
         scale = np.abs(belt.trajectory[channel]).max()
-        # The pieces are within 1e-12 of the size of a channel (docs/result-file.md).
+        # The pieces are within 1e-12 of the size of a channel (docs/reference/columns.md).
         assert np.abs(values - belt.trajectory[channel][rows])[~near].max() <= 1e-10 * scale
     everything = belt.at(1.0)
     assert set(everything) == {name for name in belt.trajectory if name not in ("time", "mode", "segment")}

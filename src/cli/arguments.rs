@@ -131,7 +131,9 @@ pub(super) enum Command {
     /// Compare methods and tolerances: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
-    #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
+    #[command(
+        override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list\n       stickslip case [OPTIONS] --keys [WORD]"
+    )]
     Case(CaseOptions),
     /// Print the completion script of a shell.
     Completions(CompletionsOptions),
@@ -722,11 +724,14 @@ fn dpi(text: &str) -> Result<f64, String> {
 #[derive(Debug, Args)]
 pub(super) struct CaseOptions {
     /// Name of a built-in case or study.
-    #[arg(value_name = "NAME", required_unless_present = "list", conflicts_with = "list", add = names())]
+    #[arg(value_name = "NAME", required_unless_present_any = ["list", "keys"], conflicts_with_all = ["list", "keys"], add = names())]
     pub name: Option<String>,
     /// List the built-in cases and studies.
     #[arg(long)]
     pub list: bool,
+    /// List the keys of files, or those that contain WORD.
+    #[arg(long, value_name = "WORD", num_args = 0..=1, default_missing_value = "", conflicts_with = "list")]
+    pub keys: Option<String>,
 }
 
 /// A shell that completes words.

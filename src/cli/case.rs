@@ -3,14 +3,15 @@
 use super::arguments::{CaseOptions, Common};
 use super::{CommandEnd, print, print_json, show};
 use crate::Error;
-use crate::report::{Page, PageTable, Report};
+use crate::report::{ListedKey, Page, PageTable, Report, listed_keys};
 use serde::Serialize;
 use stickslip_analysis::analysis::work_precision::{self, PrecisionStudy};
 use stickslip_analysis::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip_analysis::continuation::{CONTINUATIONS, ContinuationStudy};
 use stickslip_analysis::sweep::{STUDIES, Study, StudySource};
 use stickslip_case::builtin::{self, BuiltIn};
-use stickslip_case::{Case, CaseError, CaseSource, Origin};
+use stickslip_case::{Case, CaseError, CaseSource, Origin, suggest};
+use stickslip_system::quote::shown;
 
 /// Built-in studies: command, studies, title of one.
 type StudiesOfCommand = (
@@ -76,6 +77,31 @@ impl Report for Vec<ListedCase> {
     }
 }
 
+/// The keys that contain a word.
+///
+/// # Errors
+/// There is none.
+fn keys_with(word: &str) -> Result<Vec<ListedKey>, Error> {
+    let mut keys = listed_keys();
+    let names: Vec<String> = keys.iter().map(|key| key.key.clone()).collect();
+    keys.retain(|key| key.contains(word));
+    if !keys.is_empty() {
+        return Ok(keys);
+    }
+    let parts = names
+        .iter()
+        .flat_map(|name| name.split('.'))
+        .chain(names.iter().map(String::as_str));
+    let hint = match suggest(word, parts) {
+        Some(close) => format!("did you mean {close}?"),
+        None => "`stickslip case --keys` lists all".to_owned(),
+    };
+    Err(Error::input(format!(
+        "no key of a case or a study contains \"{}\"; {hint}",
+        shown(word)
+    )))
+}
+
 #[derive(Serialize)]
 struct CaseText<'a> {
     name: &'a str,
@@ -83,6 +109,9 @@ struct CaseText<'a> {
 }
 
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, Error> {
+    if let Some(word) = &options.keys {
+        return show(common, &keys_with(word)?);
+    }
     let Some(name) = &options.name else {
         return show(common, &listed()?);
     };

@@ -85,7 +85,7 @@ impl Report for CheckReport {
         }
         let sums = match self.sealed {
             true => "all checksums agree",
-            false => "the checksums of its chunks agree, but there is none of all bytes (docs/limits.md)",
+            false => "the checksums of its chunks agree, but there is none of all bytes (docs/reference/limits.md)",
         };
         let (file, format, status, variables) = (self.file.display(), &self.format, &self.status, self.variables);
         Page::new(

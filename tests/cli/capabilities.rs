@@ -1,4 +1,4 @@
-//! Which commands work for which case: the tables of docs/capabilities.md, filled in by the program itself. A cell
+//! Which commands work for which case: the tables of docs/validation/capabilities.md, filled in by the program itself. A cell
 //! contains a number, or the sentence with which the program says why there is none.
 //!
 //! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities:: -- --ignored` writes the tables again.
@@ -350,16 +350,16 @@ fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
         let to = filled.find(&end).expect(marker);
         let mut notes: Vec<&str> = Vec::new();
         let mut table = format!(
-            "\n| case | {} |\n|---|{}\n",
-            columns.join(" | "),
+            "\n|case|{}|\n|---|{}\n",
+            columns.join("|"),
             "---|".repeat(columns.len())
         );
         for (subject, row) in SUBJECTS.iter().zip(cells) {
-            write!(table, "| `{}` |", subject.case).unwrap();
+            write!(table, "|`{}`|", subject.case).unwrap();
             for column in columns {
                 let text = row[column].as_str();
                 if text.len() <= LONGEST_CELL {
-                    write!(table, " {text} |").unwrap();
+                    write!(table, "{text}|").unwrap();
                     continue;
                 }
                 let known = notes.iter().position(|note| *note == text);
@@ -367,7 +367,7 @@ fn filled(page: &str, cells: &[BTreeMap<&'static str, String>]) -> String {
                     notes.push(text);
                     notes.len() - 1
                 });
-                write!(table, " ({}) |", number + 1).unwrap();
+                write!(table, "({})|", number + 1).unwrap();
             }
             table.push('\n');
         }
@@ -386,9 +386,12 @@ fn stated(page: &str, case: &str) -> BTreeMap<&'static str, String> {
         let (_, table) = page.split_once(&format!("<!-- {marker} -->\n")).expect(marker);
         let (table, _) = table.split_once(&format!("<!-- end of {marker} -->")).expect(marker);
         let line = |start: &str| table.lines().find_map(|line| line.strip_prefix(start));
-        let row = line(&format!("| `{case}` | ")).expect(case).trim_end_matches(" |");
-        for (column, cell) in columns.iter().zip(row.split(" | ")) {
-            cells.insert(*column, line(&format!("{cell} ")).unwrap_or(cell).to_owned());
+        let row = line(&format!("|`{case}`|")).expect(case).trim_end_matches('|');
+        // A bar within a cell is escaped.
+        let row = row.replace("\\|", "\0");
+        for (column, cell) in columns.iter().zip(row.split('|')) {
+            let cell = cell.replace('\0', "\\|");
+            cells.insert(*column, line(&format!("{cell} ")).unwrap_or(&cell).to_owned());
         }
     }
     cells
@@ -413,7 +416,7 @@ fn attempted(subject: &'static Subject) -> BTreeMap<&'static str, String> {
 
 /// Tries these cases, and compares the results with the page, or writes the page.
 fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/capabilities.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/validation/capabilities.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let cells_of = |subject: &'static Subject| match is_tried(subject.case) {
         true => attempted(subject),
@@ -441,7 +444,7 @@ fn hold(is_tried: impl Fn(&str) -> bool + Sync) {
     } else {
         assert_eq!(
             now, page,
-            "STICKSLIP_WRITE=1 writes the tables of docs/capabilities.md anew"
+            "STICKSLIP_WRITE=1 writes the tables of docs/validation/capabilities.md anew"
         );
     }
 }

@@ -248,11 +248,11 @@ fn case_the_friction_of_the_paper_in_other_words() {
     let FrictionLaw::Exponential(law) = &p.friction.law else {
         panic!("the paper's law is exponential");
     };
-    let manual = std::fs::read_to_string("docs/validate-your-solver.md").unwrap();
+    let manual = std::fs::read_to_string("docs/reference/compare.md").unwrap();
     let of = |row: &str| {
         let line = manual
             .lines()
-            .find(|line| line.starts_with(&format!("| `{row}`")))
+            .find(|line| line.starts_with(&format!("|`{row}`")))
             .unwrap();
         line.trim_end_matches([' ', '|'])
             .rsplit('|')

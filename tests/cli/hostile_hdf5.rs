@@ -154,7 +154,7 @@ fn regression_groups_within_groups_have_an_end() {
     refused(
         &folder,
         &["inspect", "run.h5"],
-        &["32 groups within each other", "docs/limits.md"],
+        &["32 groups within each other", "docs/reference/limits.md"],
     );
     refused(
         &folder,

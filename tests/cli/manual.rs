@@ -217,7 +217,12 @@ fn run_all(document: &str) -> Vec<String> {
 }
 
 /// Documents whose commands take seconds.
-const SHORT: &[&str] = &["README.md", "docs/1-first-run.md", "docs/2-your-case.md"];
+const SHORT: &[&str] = &[
+    "README.md",
+    "docs/1-first-run.md",
+    "docs/2-your-case.md",
+    "docs/reference/commands.md",
+];
 
 #[test]
 fn cli_the_commands_of_the_first_pages_run() {

@@ -199,7 +199,7 @@ fn cli_results_of_trains_cite_their_own_source() {
     let folder = Folder::new();
     folder.ok("run clutch -q");
     let said = folder.ok("inspect clutch.h5 --json");
-    assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
+    assert!(said.contains("docs/theory.md") && !said.contains("9275147"), "{said}");
 }
 
 #[test]

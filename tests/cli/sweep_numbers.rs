@@ -49,7 +49,7 @@ fn analytic_a_grid_of_coulomb_belts() {
     assert_eq!(file.text("meta/motion").as_deref(), Some("translation"));
     assert_eq!(
         file.text("references").as_deref(),
-        Some("stickslip, docs/model.md: Trains")
+        Some("stickslip, docs/theory.md: Trains")
     );
     let (speeds, springs) = (numbers("rotor_speed"), numbers("stator_stiffness_0"));
     let names = "last_slip_duration last_stick_duration attractor_period attractor_amplitude attractor_sticks motion";
@@ -652,7 +652,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     let file = folder.sweep_file("belt.h5");
     assert_eq!(
         file.text("references").as_deref(),
-        Some("stickslip, docs/model.md: Trains")
+        Some("stickslip, docs/theory.md: Trains")
     );
     let found = file.shape("attractor_amplitude").unwrap()[0] as u64;
     assert_eq!(found, report["runs"].as_u64().unwrap());

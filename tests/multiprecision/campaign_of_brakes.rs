@@ -2,7 +2,7 @@
 //!
 //!     STICKSLIP_CAMPAIGN=0..2000 cargo test --release --test multiprecision campaign_of_brakes -- --ignored --nocapture
 //!
-//! prints the tables of docs/accuracy.md. The criterion: a converged event is no farther from the oracle than its
+//! prints the tables of docs/theory.md. The criterion: a converged event is no farther from the oracle than its
 //! uncertainty, up to the rounding of a double, and a converged sequence is the oracle's.
 
 use crate::common::campaign::{

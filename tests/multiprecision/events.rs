@@ -35,7 +35,7 @@ fn default_rtol() -> f64 {
 }
 
 /// Every method on `paper` and `paper-si`, whose kick is far above its noise. On `paper` the kick is near the noise of
-/// BDF: nothing is promised for the pure methods, and they must reach ten times the errors of docs/methods.md.
+/// BDF: nothing is promised for the pure methods, and they must reach ten times the errors of docs/theory.md.
 #[test]
 fn multiprecision_every_method_keeps_its_promise() {
     let default = default_rtol();

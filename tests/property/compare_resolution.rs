@@ -117,7 +117,7 @@ fn csv((names, columns): &(Vec<String>, Vec<Vec<f64>>), digits: Digits, kept: im
 /// For a single mass without a shaft, no sample shows when a stick began: its speed is zero from then on.
 const WITHOUT_MEMORY: [&str; 2] = ["block", "clutch"];
 
-/// Result of a comparison, as a line of the table in docs/validate-your-solver.md.
+/// Result of a comparison, as a line of the table in docs/reference/compare.md.
 fn line(sampled: &Sampled, interval: f64, digits: Digits, whole: bool, c: &Comparison) -> String {
     let bounds: Vec<f64> = sorted(c.event_errors.events.iter().map(|event| event.bound));
     let channels = if whole { "state" } else { "omega_r" };

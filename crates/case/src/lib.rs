@@ -57,6 +57,7 @@ pub use exact::ExactCase;
 pub use quantity::Motion;
 pub use schema::{METHOD, key_of, train_keys};
 pub use source::{CaseSource, Origin, toml_text, words};
+pub use value::{PROFILES, SIGNAL_KEYS, SignalKey};
 pub use words::Words;
 pub use written::{CaseNumber, WrittenCase};
 

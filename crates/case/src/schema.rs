@@ -130,10 +130,48 @@ impl Key {
         }
     }
 
-    pub(super) fn choices(&self) -> Vec<&'static str> {
+    /// Words that the key takes; empty for other types.
+    pub fn choices(&self) -> Vec<&'static str> {
         match self.kind {
             KeyKind::Word(words) => words(),
             _ => Vec::new(),
+        }
+    }
+
+    /// Type of the value: "number", "list", "signal", "text" and so on.
+    pub fn takes(&self) -> &'static str {
+        match self.kind {
+            KeyKind::Text => "text",
+            KeyKind::Flag => "true or false",
+            KeyKind::Count | KeyKind::Index => "whole number",
+            KeyKind::Word(_) => "word",
+            KeyKind::Number(..) => "number",
+            KeyKind::Moment => "number or \"instability\"",
+            KeyKind::Series(_) | KeyKind::List(..) => "list",
+            KeyKind::Signal(_) => "signal",
+        }
+    }
+
+    /// Whether cases of the short form have the key, and cases of the general form.
+    pub fn forms(&self) -> (bool, bool) {
+        (self.is_of(true), self.is_of(false))
+    }
+
+    /// Default, or the condition under which the key is required.
+    pub fn default_in_words(&self) -> String {
+        let of_laws = || {
+            let name = self.split().1;
+            let laws = laws(!self.is_of(false)).into_iter().filter(|law| law_has(law, name));
+            laws.collect::<Vec<_>>().join(", ")
+        };
+        match self.presence {
+            Presence::Required => "required".to_owned(),
+            Presence::Profile(profile) => format!("required with profile {profile}"),
+            Presence::Method(method) => format!("required with method {method}"),
+            Presence::Alternative => "radius, or both diameters and wear".to_owned(),
+            Presence::Law { default: None } => format!("required with law {}", of_laws()),
+            Presence::Law { default: Some(default) } => format!("{default}, with law {}", of_laws()),
+            Presence::Default(text) => text.to_owned(),
         }
     }
 
@@ -200,6 +238,11 @@ pub fn keys() -> impl Iterator<Item = &'static Key> {
 pub fn train_keys() -> impl Iterator<Item = &'static Key> {
     KEYS.iter()
         .filter(|key| key.form == Form::General && key.path != FRICTION_LAW)
+}
+
+/// Every key of both forms; `friction.law` has an entry for each.
+pub fn all_keys() -> impl Iterator<Item = &'static Key> {
+    KEYS.iter()
 }
 
 /// The keys of a form, in the order of a written case.
@@ -501,7 +544,7 @@ const fn of_law(default: &'static str) -> Presence {
 keys! { |key, case, index|
     "title", Both, Default("the name of the case"), Text => [at(&mut case.title)],
         "title of the case";
-    "motion", General, Default("\"rotation\""), Word(|| vec!["rotation", "translation"])
+    "motion", General, Default("rotation"), Word(|| vec!["rotation", "translation"])
         => [said(Some(case.motion().name()).filter(|&name| name != "rotation"))],
         "kind of coordinates: angles or positions";
     "rotor.inertia", General, Default("[]"), List(D::Inertia, Positive) => [at(&mut train(key, case).inertia)],
@@ -517,7 +560,7 @@ keys! { |key, case, index|
         "damping of each inertia to the ground";
     "rotor.end", General, Required, Word(|| vec!["free", "fixed", "driven"]) => [end(train(key, case))],
         "what holds the far end";
-    "rotor.speed", General, Default("none: required of a driven end"), KeyKind::Signal(D::AngularVelocity)
+    "rotor.speed", General, Default("required if the end is driven"), KeyKind::Signal(D::AngularVelocity)
         => part!(&mut train(key, case).end, End::Driven(speed) => at(speed)),
         "speed of a driven end";
     "rotor.torque", General, Default("none"), KeyKind::Signal(D::Torque)
@@ -574,8 +617,8 @@ keys! { |key, case, index|
         "which formula gives r: uniform wear (6) or uniform pressure (7)";
     "contact.breakaway_test", Both, Default("transmitted"), Word(|| names(BREAKAWAY_TESTS))
         => [word(&mut case.system.breakaway_test, BREAKAWAY_TESTS)],
-        "the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone";
-    "contact.normal_force", General, Default("none: [axial] and [actuation]"), KeyKind::Signal(D::Force)
+        "the torque that is compared with mu_0 r F_n: T_f, or the paper's T_s or T_r alone";
+    "contact.normal_force", General, Default("from [axial] and [actuation]"), KeyKind::Signal(D::Force)
         => part!(&mut case.system.pressing, Pressing::Force(force) => at(force)),
         "F_n, where no [axial] and [actuation] give it";
     "friction.law", Short, Default("exponential"), Word(|| laws(true)) => [friction_law(case)],
@@ -596,11 +639,11 @@ keys! { |key, case, index|
     "friction.threshold", General, Default("10 regularisation.speed, or scale / 10 with law \"lugre\""),
         Number(D::AngularVelocity, Positive)
         => (case.system.contact != ContactLaw::StickSlip).then_some(at(&mut case.threshold)),
-        "|omega_r| below which statistics count a stick, of a contact without one";
+        "|omega_r| below which a contact that cannot stick counts as stuck in statistics";
     "friction.regularisation.function", General, Default("none: stick and slip"), Word(|| names(SMOOTHINGS))
         => regularisation(case).map(|smooth| word(&mut smooth.function, SMOOTHINGS)),
         "smooth function of omega_r/eps instead of its sign: no stick";
-    "friction.regularisation.speed", General, Default("none: required of a regularisation"),
+    "friction.regularisation.speed", General, Default("required with regularisation.function"),
         Number(D::AngularVelocity, Positive) => regularisation(case).map(|smooth| at(&mut smooth.speed)),
         "eps, speed of the smooth function";
     "initial.speed", Both, Required, Number(D::AngularVelocity, Any)
@@ -623,7 +666,7 @@ keys! { |key, case, index|
     "perturbation[].relative_velocity", Both, Required, Number(D::AngularVelocity, Any)
         => case.system.kicks.get_mut(index).map(|kick| at(&mut kick.relative_velocity)),
         "delta, jump of omega_r, half on each surface";
-    "perturbation[].on", General, Default("\"both\""), Word(|| names(SIDES))
+    "perturbation[].on", General, Default("both"), Word(|| names(SIDES))
         => case.system.kicks.get_mut(index).map(|kick| word(&mut kick.on, SIDES)),
         "which surface takes the kick; both share it so that momentum is kept";
     "solver.method", Both, Default("cvode"), Word(|| Method::all().map(Method::name).collect())
@@ -666,7 +709,7 @@ keys! { |key, case, index|
         "sampling interval outside the windows";
     "output.steps", Both, Default("false"), Flag => [at(&mut case.output.steps)],
         "whether every step of the integrator is recorded too";
-    "output.around", Both, Default("\"events\" of a case without windows, else \"none\""), Word(around_names)
+    "output.around", Both, Default("events; none with windows"), Word(around_names)
         // The default is "none" with windows.
         => [Place::word(match case.output.follow.around {
             Some(around) => Some(around.name()),

@@ -108,49 +108,87 @@ pub(super) fn choice(value: &CaseValue, names: &[&'static str]) -> Result<&'stat
     })
 }
 
-pub(super) const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"];
+/// The profiles of a signal.
+pub const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"];
 
 /// Deeper nesting of sums is a typing error.
 const DEEPEST: usize = 4;
 
-/// A key of signals besides `profile`: its name, the profiles that have it, its dimension if it differs from the
-/// signal's, and its limits.
-type SignalKey = (&'static str, &'static [&'static str], Option<Dimension>, Domain);
+/// A key of signals besides `profile`.
+#[derive(Debug, Clone, Copy)]
+pub struct SignalKey {
+    /// Name in the table of the signal.
+    pub name: &'static str,
+    /// Profiles that have it.
+    pub profiles: &'static [&'static str],
+    /// Dimension if it differs from the signal's.
+    pub dimension: Option<Dimension>,
+    domain: Domain,
+    /// Default in words; empty for a required key.
+    pub default: &'static str,
+    /// One line about the key.
+    pub description: &'static str,
+}
+
+impl SignalKey {
+    /// Type of the value: "number", "number or list", "signals".
+    pub fn takes(&self) -> &'static str {
+        match self.name {
+            SIGNALS => "list of signals",
+            "value" => "number or list",
+            "time" => "list",
+            _ => "number",
+        }
+    }
+}
 
 const WAVES: &[&str] = &["sine", "cosine"];
-const KEYS: &[SignalKey] = &[
-    ("time", &["table"], Some(Dimension::Time), Domain::Any),
-    ("value", &["ramp", "table"], None, Domain::Any),
-    ("rise_time", &["ramp"], Some(Dimension::Time), Domain::NotNegative),
-    ("mean", WAVES, None, Domain::Any),
-    ("amplitude", WAVES, None, Domain::Any),
-    ("frequency", WAVES, Some(Dimension::Frequency), Domain::Positive),
-    (
-        "angular_frequency",
-        WAVES,
-        Some(Dimension::AngularVelocity),
-        Domain::Positive,
-    ),
-    ("phase", WAVES, Some(Dimension::Angle), Domain::Any),
-    ("from", WAVES, Some(Dimension::Time), Domain::NotNegative),
-    ("to", WAVES, Some(Dimension::Time), Domain::NotNegative),
-    (SIGNALS, &["sum"], None, Domain::Any),
-];
+
+macro_rules! signal_keys {
+    ($($name:expr, $profiles:expr, $dimension:expr, $domain:ident, $default:literal, $about:literal;)*) => {
+        /// The keys of signals besides `profile`.
+        pub const SIGNAL_KEYS: &[SignalKey] = &[$(SignalKey {
+            name: $name,
+            profiles: $profiles,
+            dimension: $dimension,
+            domain: Domain::$domain,
+            default: $default,
+            description: $about,
+        }),*];
+    };
+}
+
+signal_keys! {
+    "time", &["table"], Some(Dimension::Time), Any, "",
+        "times of the points, in order; two equal ones at a step";
+    "value", &["ramp", "table"], None, Any, "",
+        "value after the ramp; or the values at the times, linear in between, the first and last beyond";
+    "rise_time", &["ramp"], Some(Dimension::Time), NotNegative, "",
+        "length of the ramp, which starts from 0 at t = 0; 0 is a step";
+    "mean", WAVES, None, Any, "0", "mean of the harmonic";
+    "amplitude", WAVES, None, Any, "", "amplitude of the harmonic";
+    "frequency", WAVES, Some(Dimension::Frequency), Positive, "angular_frequency", "cycles per second";
+    "angular_frequency", WAVES, Some(Dimension::AngularVelocity), Positive, "frequency", "angular frequency omega";
+    "phase", WAVES, Some(Dimension::Angle), Any, "0", "phase: mean + amplitude sin(omega t + phase), t from the start of the run";
+    "from", WAVES, Some(Dimension::Time), NotNegative, "0", "start of the harmonic; before it the mean alone";
+    "to", WAVES, Some(Dimension::Time), NotNegative, "none", "end of the harmonic; after it the mean alone";
+    SIGNALS, &["sum"], None, Any, "", "signals that are added";
+}
 
 pub(super) fn keys_of(profile: &str) -> Vec<&'static str> {
-    let own = KEYS.iter().filter(|key| key.1.contains(&profile));
-    own.map(|key| key.0).collect()
+    let own = SIGNAL_KEYS.iter().filter(|key| key.profiles.contains(&profile));
+    own.map(|key| key.name).collect()
 }
 
 /// Dimension and limits of the number at `path` in a signal. `dimension` is that of the signal in rotation.
 /// [`Motion`] changes the signal's dimension only.
 pub(super) fn measure(path: &str, dimension: Dimension, motion: Motion) -> (Dimension, Domain) {
     let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err());
-    let key = KEYS.iter().find(|key| Some(key.0) == name);
-    let own = key.and_then(|key| key.2);
+    let key = SIGNAL_KEYS.iter().find(|key| Some(key.name) == name);
+    let own = key.and_then(|key| key.dimension);
     (
         own.unwrap_or(motion.dimension(dimension)),
-        key.map_or(Domain::Any, |key| key.3),
+        key.map_or(Domain::Any, |key| key.domain),
     )
 }
 

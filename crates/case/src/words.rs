@@ -15,7 +15,7 @@ pub struct Words {
 const THE_PAPER: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
                          Vibration, 2016, article 9275147";
 
-const OWN_DOCUMENTS: &str = "stickslip, docs/model.md: Trains";
+const OWN_DOCUMENTS: &str = "stickslip, docs/theory.md: Trains";
 
 impl Words {
     pub(super) const SHORT: Words = Words {

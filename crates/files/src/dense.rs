@@ -23,7 +23,7 @@ pub enum EventSide {
 type Held = (usize, Rc<Vec<f64>>);
 
 /// The dense output of a result file. Between two events every channel is a chain of polynomials, each with 16
-/// Chebyshev coefficients (docs/result-file.md).
+/// Chebyshev coefficients (docs/reference/columns.md).
 #[derive(Debug)]
 pub struct DenseOutput<'f> {
     file: &'f ResultFile,

@@ -110,7 +110,7 @@ pub enum Reason {
          program, or was changed since: repeat the run"
     )]
     NotFinite { row: usize, name: &'static str, value: f64 },
-    #[error("{0}; no file of this program is so, and reading it would take too much: see docs/limits.md")]
+    #[error("{0}; no file of this program is so, and reading it would take too much: see docs/reference/limits.md")]
     BeyondLimits(String),
     #[error("{0} is kept in another file, which is read only with --follow-external; give it if you trust the file")]
     Elsewhere(String),

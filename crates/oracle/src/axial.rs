@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use stickslip_system::model::nearest_double;
 use stickslip_system::signal::Signal;
 
-/// Events closer than this (s) are simultaneous (docs/methods.md).
+/// Events closer than this (s) are simultaneous (docs/theory.md).
 pub(super) const INSTANT: f64 = 1e-18;
 
 #[derive(Debug)]

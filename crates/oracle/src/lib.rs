@@ -6,7 +6,7 @@
 //!
 //! The oracle shares the parameters and the names of modes and events with the rest of the program. It shares neither
 //! the code of the equations nor the logic of events. If both agree, both are right, or both misread the model
-//! (docs/model.md) in the same way.
+//! (docs/theory.md) in the same way.
 //!
 //! A mass of 1 kg on a spring of 1 N/m slides on the ground, whose friction is 1 N. It starts at x = 3.5 m, turns after
 //! half a period, and stops after a whole period:

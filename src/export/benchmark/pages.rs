@@ -11,7 +11,7 @@ use stickslip_system::signal::Signal;
 pub(super) const EXAMPLE: &str = include_str!("example.py");
 
 /// The manual's page on the model. A package quotes the sections that it needs.
-const MODEL: &str = include_str!("../../../docs/model.md");
+const MODEL: &str = include_str!("../../../docs/theory.md");
 
 /// Whether the script can solve this system: two equal disks, exponential law, ramp, default test.
 pub(super) fn has_example(system: &System) -> bool {

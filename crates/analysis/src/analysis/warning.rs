@@ -234,7 +234,7 @@ fn balance_remedy(case: &Case) -> BalanceRemedy {
     BalanceRemedy::Tolerances(case.solver.clone())
 }
 
-/// Relative tolerance below which rounding outweighs the gain, from the ladder's errors (docs/accuracy.md). Single
+/// Relative tolerance below which rounding outweighs the gain, from the ladder's errors (docs/theory.md). Single
 /// multistep methods and pairs of low order gain down to 1e-13.
 fn floor(method: Method) -> f64 {
     match method {

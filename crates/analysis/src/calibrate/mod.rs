@@ -18,4 +18,5 @@ mod study;
 pub use output::CalibrationRun;
 pub use region::{Correlation, Determined, Interval};
 pub use search::{Calibration, Compromise, calibrate};
+pub(crate) use study::KEY_TABLES;
 pub use study::{CALIBRATIONS, CalibrationSearch, CalibrationStudy, Role, Target, TargetResult};

@@ -1,6 +1,6 @@
 //! Study file of a calibration: base case, free parameters, measured numbers.
 
-use crate::study::{PROBES, StudyHead, StudyReader, StudySource, check_points, hash_of, plain};
+use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of, plain};
 use crate::sweep::{ParameterAxis, QUANTITIES, Quantity, Study, Values, asked_for, case_along, read_axis, sobol};
 use serde::Serialize;
 use stickslip_case::built_in;
@@ -35,8 +35,66 @@ pub struct CalibrationStudy {
     pub search: CalibrationSearch,
 }
 
-const STUDY_KEYS: &[&str] = &["title", "case", "set", "free", "target", "search"];
-const FREE_KEYS: &[&str] = &["key", "from", "to", "spacing"];
+const STUDY_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "free",
+        "tables",
+        "",
+        "parameters that are looked for: one table for each, at most twelve",
+    ),
+    StudyKey::new("target", "tables", "", "measured numbers: one table for each"),
+    StudyKey::new("search", "table", "its defaults", "extent of the search"),
+];
+const FREE_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "key",
+        "text or list",
+        "",
+        "key of the case that is looked for, or several with one value",
+    ),
+    StudyKey::new("from", "number or text", "", "one end of the range"),
+    StudyKey::new("to", "number or text", "", "the other end"),
+    StudyKey::new("spacing", "\"linear\" or \"log\"", "linear", "scale of the range"),
+];
+const TARGET_KEYS: &[StudyKey] = &[
+    StudyKey::new("quantity", "text", "", "name of the measured quantity"),
+    StudyKey::new(
+        "value",
+        "text or number",
+        "",
+        "the number as printed, such as \"6.975 s\"",
+    ),
+    StudyKey::new(
+        "half_width",
+        "text or number",
+        "half of the last digit of a text; 0.5 for a count",
+        "half-width of the interval around the value",
+    ),
+    StudyKey::new(
+        "weight",
+        "number",
+        "1",
+        "targets of the least weight are set aside first; 0 is only compared",
+    ),
+];
+const SEARCH_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "points",
+        "whole number",
+        "1024",
+        "points of the first sample, 16 to 65536",
+    ),
+    StudyKey::new("starts", "whole number", "16", "number of local searches"),
+    StudyKey::new("seed", "whole number", "0", "seed of the random numbers"),
+];
+
+/// Tables of the study and their keys.
+pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[
+    ("", STUDY_KEYS),
+    ("free[]", FREE_KEYS),
+    ("target[]", TARGET_KEYS),
+    ("search", SEARCH_KEYS),
+];
 
 /// Limit of the Sobol generator.
 const MOST_POINTS: u64 = 1 << 16;
@@ -157,7 +215,7 @@ fn read_targets(reader: &mut StudyReader, head: &StudyHead, free: &[ParameterAxi
 
 fn read_search(reader: &mut StudyReader, root: &PlacedValue) -> Option<CalibrationSearch> {
     if let Some(node) = root.at("search") {
-        reader.table(node, "search", &["points", "starts", "seed"])?;
+        reader.table(node, "search", SEARCH_KEYS)?;
     }
     let points = reader.whole_or(root, "", "search.points", 16..=MOST_POINTS, DEFAULT_POINTS);
     let starts = reader.whole_or(root, "", "search.starts", 1..=MOST_STARTS, DEFAULT_STARTS);
@@ -243,7 +301,7 @@ fn read_target(
     node: &PlacedValue,
     path: &str,
 ) -> Option<Target> {
-    reader.table(node, path, &["quantity", "value", "half_width", "weight"])?;
+    reader.table(node, path, TARGET_KEYS)?;
     let at = |name: &str| format!("{path}.{name}");
     let weight = node.at("weight").map_or(Some(1.0), |given| {
         let expected = "a number that is not negative";

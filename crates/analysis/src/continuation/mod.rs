@@ -31,4 +31,5 @@ pub use ending::EndReason;
 pub use explore::{Branch, BranchPoint, Explored, SpecialCurve};
 pub use file::{Continuation, ContinuationReport, Stored};
 pub use special::Special;
+pub(crate) use study::KEY_TABLES;
 pub use study::{CONTINUATIONS, ContinuationStudy};

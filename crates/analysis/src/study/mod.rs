@@ -1,10 +1,12 @@
 //! Common parts of all studies: the reader of study files (`reading`), their head, and the builder of a run into a file.
 
 mod head;
+mod keys;
 mod reading;
 
 pub(crate) use head::{PROBES, check_points, hash_of, written};
 pub use head::{StudyHead, StudySource};
+pub use keys::{StudyKey, StudyTable, tables};
 pub(crate) use reading::{StudyReader, plain};
 
 use crate::error::Error;

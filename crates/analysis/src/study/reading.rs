@@ -1,5 +1,7 @@
 //! Reader of a study's tables: all problems by file, line and key.
 
+use super::head::HEAD_KEYS;
+use super::keys::StudyKey;
 use std::ops::RangeInclusive;
 use stickslip_case::document::{self, CaseValue, PlacedValue, TextPlace};
 use stickslip_case::{CaseError, CaseProblem, suggest};
@@ -11,14 +13,15 @@ pub(crate) struct StudyReader {
 }
 
 impl StudyReader {
-    /// Reader of a text with its `label` in messages, and the text's root table.
-    pub(crate) fn open(text: &str, label: String, known: &[&str]) -> Result<(StudyReader, PlacedValue), CaseError> {
+    /// Reader of a text with its `label` in messages, and the text's root table, whose keys are those of every study and
+    /// `own`.
+    pub(crate) fn open(text: &str, label: String, own: &[StudyKey]) -> Result<(StudyReader, PlacedValue), CaseError> {
         let root = document::read(text, &label)?;
         let mut reader = StudyReader {
             label,
             problems: Vec::new(),
         };
-        reader.check_keys(&root, "", known);
+        reader.check_keys(&root, "", &[HEAD_KEYS, own].concat());
         Ok((reader, root))
     }
 
@@ -62,10 +65,11 @@ impl StudyReader {
         }
     }
 
-    pub(crate) fn check_keys(&mut self, node: &PlacedValue, path: &str, known: &[&str]) {
+    pub(crate) fn check_keys(&mut self, node: &PlacedValue, path: &str, known: &[StudyKey]) {
         let CaseValue::Table(entries) = &node.value else {
             return;
         };
+        let known: Vec<&str> = known.iter().map(|key| key.name).collect();
         for (name, child) in entries {
             if !known.contains(&name.as_str()) {
                 let message = match suggest(name, known.iter().copied()) {
@@ -78,7 +82,12 @@ impl StudyReader {
     }
 
     /// A table with `known` keys; `None` after a report.
-    pub(crate) fn table<'a>(&mut self, node: &'a PlacedValue, path: &str, known: &[&str]) -> Option<&'a PlacedValue> {
+    pub(crate) fn table<'a>(
+        &mut self,
+        node: &'a PlacedValue,
+        path: &str,
+        known: &[StudyKey],
+    ) -> Option<&'a PlacedValue> {
         let CaseValue::Table(_) = node.value else {
             return self.expected(node, path, "a table");
         };

@@ -33,6 +33,7 @@ mod tracer;
 pub(crate) use crate::analysis::quantity::asked_for;
 pub use crate::analysis::quantity::{QUANTITIES, Quantity, quantity_index};
 pub use crate::study::StudySource;
+pub(crate) use axis::AXIS_KEYS;
 pub use axis::{AxisRange, ParameterAxis, Spacing};
 pub(crate) use axis::{case_along, read as read_axis};
 pub use criterion::{BoundarySpec, Criterion, ThresholdTest};
@@ -43,4 +44,5 @@ pub use journal::{EventRow, Existing, Journal, PointOutcome, Values, journal_pat
 pub use run::{Shard, Sweep, SweepReport};
 pub use runner::{Integrate, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;
+pub(crate) use study::KEY_TABLES;
 pub use study::{Design, Keep, STUDIES, STUDY_RTOL, Study, StudyPoint};

@@ -2,9 +2,9 @@
 
 use super::asked_for;
 use super::axis::{self, ParameterAxis};
-use super::criterion::{BoundarySpec, read_boundary};
+use super::criterion::{BOUNDARY_KEYS, BoundarySpec, read_boundary};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
-use crate::study::{PROBES, StudyHead, StudyReader, StudySource, check_points, hash_of};
+use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of};
 use serde::{Deserialize, Serialize};
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
@@ -78,8 +78,77 @@ const MOST_POINTS: u64 = 1_000_000_000;
 /// Largest number of values on all axes together; more are a mistake.
 const MOST_LEVELS: usize = 4_000_000;
 
-const STUDY_KEYS: &[&str] = &[
-    "title", "case", "set", "axis", "sample", "points", "keep", "show", "boundary",
+const STUDY_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "axis",
+        "tables",
+        "",
+        "parameters that vary: one table for each; none with points",
+    ),
+    StudyKey::new(
+        "sample",
+        "table",
+        "none: the grid",
+        "a random sample instead of every combination",
+    ),
+    StudyKey::new(
+        "points",
+        "text",
+        "none",
+        "CSV file with the points, instead of axes; its first line names the keys",
+    ),
+    StudyKey::new(
+        "keep",
+        "table",
+        "the summary alone",
+        "what is stored of each run besides its summary",
+    ),
+    StudyKey::new(
+        "show",
+        "text or list",
+        "none",
+        "quantities that figures show by default",
+    ),
+    StudyKey::new(
+        "boundary",
+        "table",
+        "none",
+        "traces the boundary of a criterion in the plane of two axes",
+    ),
+];
+
+const SAMPLE_KEYS: &[StudyKey] = &[
+    StudyKey::new("method", "\"latin-hypercube\" or \"sobol\"", "", "how points are drawn"),
+    StudyKey::new(
+        "count",
+        "whole number",
+        "",
+        "number of points; at most 65536 with sobol",
+    ),
+    StudyKey::new("seed", "whole number", "0", "seed of the random numbers"),
+];
+
+const KEEP_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "events",
+        "true or false",
+        "false",
+        "the events of each run, in the study's file",
+    ),
+    StudyKey::new(
+        "trajectory",
+        "true or false",
+        "false",
+        "a result file of each run, in STUDY.runs/",
+    ),
+];
+
+/// Tables of the study and their keys.
+pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[
+    ("", STUDY_KEYS),
+    ("sample", SAMPLE_KEYS),
+    ("keep", KEEP_KEYS),
+    ("boundary", BOUNDARY_KEYS),
 ];
 
 impl Study {
@@ -96,7 +165,7 @@ impl Study {
         let system = case.as_ref().map(|case| &case.system);
         let design = read_design(&mut reader, (&mut head, &keys), system, &root, &mut axes);
         let keep = root.at("keep").map_or_else(Keep::default, |node| {
-            reader.check_keys(node, "keep", &["events", "trajectory"]);
+            reader.check_keys(node, "keep", KEEP_KEYS);
             Keep {
                 events: reader.flag(node, "keep", "events"),
                 trajectory: reader.flag(node, "keep", "trajectory"),
@@ -359,7 +428,7 @@ fn read_show(reader: &mut StudyReader, system: Option<&System>, node: &PlacedVal
 }
 
 fn read_sample(reader: &mut StudyReader, node: &PlacedValue, axes: &[ParameterAxis]) -> Option<Vec<Vec<Setting>>> {
-    reader.check_keys(node, "sample", &["method", "count", "seed"]);
+    reader.check_keys(node, "sample", SAMPLE_KEYS);
     let method = match node.at("method").map(|node| (node, &node.value)) {
         Some((_, CaseValue::Text(name))) if name == "latin-hypercube" => Some(SampleMethod::LatinHypercube),
         Some((_, CaseValue::Text(name))) if name == "sobol" => Some(SampleMethod::Sobol),

@@ -129,7 +129,7 @@ impl Mapping {
         let mut mapping = self;
         for (key, item) in document.iter() {
             let line = item.span().map_or(1, |span| line_of(&text, span.start));
-            let remedy = "docs/validate-your-solver.md shows a mapping";
+            let remedy = "docs/reference/compare.md shows a mapping";
             let fault = |what| CompareError::content(path, format!("line {line}"), what, remedy);
             mapping.entry(key, item).map_err(fault)?;
         }

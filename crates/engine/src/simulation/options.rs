@@ -7,7 +7,7 @@ use stickslip_system::record::EventKind;
 /// Integration method of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// The default: CVODE, with the best method, order and tolerance in each phase, see docs/methods.md.
+    /// The default: CVODE, with the best method, order and tolerance in each phase, see docs/theory.md.
     #[default]
     Cvode,
     /// ARKODE: the explicit method of order 8 for oscillations, the implicit one if nothing rings or the ringing is
@@ -73,7 +73,7 @@ impl Method {
         Method::Series,
     ];
 
-    /// Pair of `arkode` and `erk`, of order 8, chosen by measurement (docs/methods.md).
+    /// Pair of `arkode` and `erk`, of order 8, chosen by measurement (docs/theory.md).
     pub const BEST_PAIR: ErkTable = ErkTable::Fehlberg13s78;
 
     /// Every method.

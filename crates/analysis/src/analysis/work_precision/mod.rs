@@ -7,6 +7,7 @@
 mod study;
 
 pub use crate::study::StudySource;
+pub(crate) use study::KEY_TABLES;
 pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 
 use study::{FALLBACK, TIGHTEST};

@@ -1,6 +1,6 @@
 //! Study file of a work-precision study in TOML. Problems are reported all at once, each with file, line and key.
 
-use crate::study::{StudyHead, StudyReader, StudySource, written};
+use crate::study::{StudyHead, StudyKey, StudyReader, StudySource, written};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -85,9 +85,54 @@ pub struct PrecisionStudy {
     pub repeat: usize,
 }
 
-const KEYS: [&str; 6] = ["title", "case", "set", "repeat", "series", "reference"];
-const SERIES_KEYS: [&str; 3] = ["methods", "tolerances", "steps"];
-const REFERENCE_KEYS: [&str; 4] = ["truth", "method", "check", "rtol"];
+const STUDY_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "repeat",
+        "whole number",
+        "1",
+        "repetitions of each run; the least time counts",
+    ),
+    StudyKey::new(
+        "series",
+        "tables",
+        "",
+        "methods with their tolerances or steps: one table for each",
+    ),
+    StudyKey::new(
+        "reference",
+        "table",
+        "the exact solver",
+        "what the errors are measured against",
+    ),
+];
+const SERIES_KEYS: &[StudyKey] = &[
+    StudyKey::new("methods", "list", "", "integration methods"),
+    StudyKey::new("tolerances", "list", "none: steps", "relative tolerances"),
+    StudyKey::new("steps", "list, s", "none: tolerances", "fixed steps"),
+];
+const REFERENCE_KEYS: &[StudyKey] = &[
+    StudyKey::new(
+        "truth",
+        "text",
+        "none: a run",
+        "JSON file of true events, beside the study",
+    ),
+    StudyKey::new("method", "text", "series", "method of the reference"),
+    StudyKey::new(
+        "check",
+        "text",
+        "arkode",
+        "independent method; its distance is the uncertainty",
+    ),
+    StudyKey::new("rtol", "number", "1e-13", "relative tolerance of both"),
+];
+
+/// Tables of the study and their keys.
+pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[
+    ("", STUDY_KEYS),
+    ("series[]", SERIES_KEYS),
+    ("reference", REFERENCE_KEYS),
+];
 
 const VARIED: [&str; 4] = ["solver.method", TOLERANCE, STEP, "solver.step"];
 const TOLERANCE: &str = "solver.rtol";
@@ -96,7 +141,7 @@ const STEP: &str = "solver.fixed_step";
 impl PrecisionStudy {
     /// Reads a study, or reports all its problems with place, key and remedy.
     pub fn parse(source: StudySource) -> Result<PrecisionStudy, CaseError> {
-        let (mut reader, root) = StudyReader::open(&source.text, source.label(), &KEYS)?;
+        let (mut reader, root) = StudyReader::open(&source.text, source.label(), STUDY_KEYS)?;
         let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), &[]);
         let is_valid = check_case(&mut reader, &root, &head);
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
@@ -109,7 +154,7 @@ impl PrecisionStudy {
                 reader.report(
                     node,
                     &path,
-                    format!("makes more than {MOST_RUNS} runs; see docs/limits.md"),
+                    format!("makes more than {MOST_RUNS} runs; see docs/reference/limits.md"),
                 );
                 break;
             }
@@ -221,7 +266,7 @@ fn read_series(
     node: &PlacedValue,
     path: &str,
 ) -> Option<(Vec<Method>, Vec<Knob>)> {
-    reader.table(node, path, &SERIES_KEYS)?;
+    reader.table(node, path, SERIES_KEYS)?;
     let at = |name: &str| format!("{path}.{name}");
     let methods = node
         .at("methods")
@@ -275,11 +320,13 @@ fn read_reference(
     source: &StudySource,
     node: &PlacedValue,
 ) -> Option<ReferenceChoice> {
-    reader.table(node, "reference", &REFERENCE_KEYS)?;
+    reader.table(node, "reference", REFERENCE_KEYS)?;
     if let Some(truth) = node.at("truth") {
-        if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {
-            let message =
-                format!("with truth, which is computed already, reference.{other} has no meaning: remove one");
+        if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key.name).is_some()) {
+            let message = format!(
+                "with truth, which is computed already, reference.{} has no meaning: remove one",
+                other.name
+            );
             return reader.refuse(truth, "reference.truth", message);
         }
         let name = reader.text(truth, "reference.truth")?;
