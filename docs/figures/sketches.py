@@ -7,7 +7,7 @@ The colours are of medium lightness and there is no background, so that the sket
 import re
 from pathlib import Path
 
-INK, ROTOR, STATOR, FORCE = "#6e7781", "#2f81d7", "#cf6a17", "#3f9142"
+INK, ROTOR, STATOR, FORCE = "#76808a", "#2f81d7", "#cf6a17", "#3f9142"
 SANS = "font-family=\"'DejaVu Sans', Verdana, sans-serif\""
 MONO = "font-family=\"'DejaVu Sans Mono', Menlo, Consolas, monospace\""
 
@@ -136,7 +136,7 @@ def brake():
     s.text(700, 202, "*α*   `friction.decay`", FORCE, anchor="start")
     s.text(12, 330, "*ω_0*  `initial.speed`: the speed of rotor and rotor surface at the start", ROTOR, anchor="start")
     # The axial motion.
-    s.text(12, 376, "Along the axis: the force that presses", anchor="start", weight="bold", size=15)
+    s.text(12, 376, "Along the axis: the contact force", anchor="start", weight="bold", size=15)
     y = 430
     s.arrow(70, y, 150, y)
     s.text(60, y - 18, "*F*(*t*)", FORCE, anchor="middle")
@@ -153,13 +153,13 @@ def brake():
     s.text(430, 396, "*F_0*, *t_0*  `actuation.force`, `.rise_time`: a ramp, then constant", FORCE, anchor="start")
     s.text(430, 419, "*m*  `axial.mass`", ROTOR, anchor="start")
     s.text(430, 442, "*k_e*, *c_a*  `axial.stiffness`, `axial.damping`", anchor="start")
-    s.text(430, 465, "*F_n*  = −*k_e* *z* − *c_a* *z*′, what presses the surfaces together", FORCE, anchor="start")
+    s.text(430, 465, "*F_n*  = −*k_e* *z* − *c_a* *z*′, the contact force", FORCE, anchor="start")
     s.save()
 
 
 def trains():
     s = Sketch(
-        "trains.svg", 900, 560, "Two trains and their contact",
+        "trains.svg", 900, 530, "Two trains and their contact",
         "Above, rotor and stator as chains of bodies and springs on both sides of the contact; below, a block on a belt: "
         "the belt is the rotor, the block with its spring the stator",
     )
@@ -211,10 +211,10 @@ def trains():
     s.arrow(520, high + 18, 600, high + 18, ROTOR)
     s.text(512, high + 24, "`rotor.speed`", ROTOR, anchor="end")
     # The block with its spring, and what presses it.
-    s.body(400, 380, 90, 66, STATOR)
-    s.text(445, 419, "`stator.inertia`", STATOR, size=11)
-    s.spring(240, 400, 398)
-    s.damper(240, 400, 428)
+    s.body(380, 380, 130, 66, STATOR)
+    s.text(445, 418, "`stator.inertia`", STATOR, size=13.5)
+    s.spring(240, 380, 398)
+    s.damper(240, 380, 428)
     s.wall(240, 375, 452, STATOR, -1)
     s.text(222, 402, "`stator.stiffness`", anchor="end", size=13)
     s.text(222, 432, "`stator.damping`", anchor="end", size=13)
