@@ -107,7 +107,8 @@ fn of_the_papers_case(file: &StudyFile) -> bool {
     })
 }
 
-/// A label for each contour, on its longest line and far from other lines, labels and the edges.
+/// A label for each contour, on its longest line. All are at about the same share of their lines, so that they are in
+/// order. Of several shares it is the one with the most room to other lines, labels and the edges.
 fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
     let place = |(x, y): (f64, f64)| {
         let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
@@ -125,37 +126,56 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
         (2.0 * (a - x.0) / x.1, (b - y.0) / y.1)
     };
     let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
-    let mut labels: Vec<((f64, f64), String)> = Vec::new();
+    let mut longest: Vec<(f64, Vec<(f64, f64)>)> = Vec::new();
     for level in levels(contours.iter().map(|contour| contour.level)) {
         let of_level = contours.iter().filter(|contour| contour.level == level);
-        let Some(longest) = of_level.max_by_key(|contour| contour.points.len()) else {
+        let Some(line) = of_level.max_by_key(|contour| contour.points.len()) else {
             continue;
         };
-        let own = |point: &(f64, f64)| contours.iter().any(|c| c.level == level && c.points.contains(point));
-        let others: Vec<(f64, f64)> = curves
-            .iter()
-            .flat_map(Curve::points)
-            .filter(|p| !own(p))
-            .map(scaled)
-            .collect();
-        let room = |point: (f64, f64)| {
-            let at = scaled(point);
-            let to_edges = at.0.min(2.0 - at.0).min(at.1).min(1.0 - at.1);
-            let placed = labels.iter().map(|(point, _)| 0.5 * distance(scaled(*point), at));
-            let lines = others.iter().map(|other| distance(*other, at));
-            placed.chain(lines).fold(to_edges, f64::min)
-        };
-        // A hundred candidate positions suffice.
-        let step = (longest.points.len() / 100).max(1);
-        let best = longest
-            .points
-            .iter()
-            .step_by(step)
-            .copied()
-            .max_by(|a, b| room(*a).total_cmp(&room(*b)));
-        labels.extend(best.map(|point| (point, level.to_string())));
+        // All lines begin at the same side.
+        let mut points = line.points.clone();
+        if let [first, .., last] = points[..]
+            && last < first
+        {
+            points.reverse();
+        }
+        longest.push((level, points));
     }
-    labels
+    let others: Vec<Vec<(f64, f64)>> = longest
+        .iter()
+        .map(|(level, _)| {
+            let own = |point: &(f64, f64)| contours.iter().any(|c| c.level == *level && c.points.contains(point));
+            let points = curves.iter().flat_map(Curve::points).filter(|point| !own(point));
+            points.map(scaled).collect()
+        })
+        .collect();
+    let at = |first: f64, step: f64| -> Vec<(f64, f64)> {
+        let points = longest.iter().enumerate().map(|(k, (_, points))| {
+            let share = (first + step * k as f64).clamp(0.0, 1.0);
+            points[(share * (points.len() - 1) as f64).round() as usize]
+        });
+        points.collect()
+    };
+    let room = |labels: &[(f64, f64)]| -> f64 {
+        let mut least = f64::INFINITY;
+        for (k, (label, others)) in labels.iter().zip(&others).enumerate() {
+            let own = scaled(*label);
+            let to_edges = own.0.min(2.0 - own.0).min(own.1).min(1.0 - own.1);
+            let placed = labels[..k].iter().map(|label| 0.5 * distance(scaled(*label), own));
+            let lines = others.iter().map(|other| distance(*other, own));
+            least = placed.chain(lines).fold(least.min(to_edges), f64::min);
+        }
+        least
+    };
+    let candidates =
+        (1..10).flat_map(|first| (-3..=3).map(move |step| (f64::from(first) / 10.0, f64::from(step) / 20.0)));
+    let candidates = candidates.map(|(first, step)| at(first, step));
+    let best = candidates
+        .map(|labels| (room(&labels), labels))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let labels = best.map(|(_, labels)| labels).unwrap_or_default();
+    let words = longest.iter().map(|(level, _)| level.to_string());
+    labels.into_iter().zip(words).collect()
 }
 
 /// A number, with a power of ten in typographic form below 10⁻³.
