@@ -66,14 +66,14 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
         }
         // Names for the marks of all methods, below those.
         let mut all = vec![
-            Curve::line("within the reference's uncertainty", BLACK, within).styled(CurveStyle::OpenPoints),
-            Curve::line("0 or below 10⁻¹⁶ s", BLACK, without).styled(CurveStyle::Marks(TIP_DOWN)),
+            Curve::line("within uncertainty", BLACK, within).styled(CurveStyle::OpenPoints),
+            Curve::line("below 10⁻¹⁶ s", BLACK, without).styled(CurveStyle::Marks(TIP_DOWN)),
         ];
         all.append(&mut curves);
         let mut curves = all;
         let (low, high) = extent(curves.iter().flat_map(Curve::points).map(|point| point.0)).unwrap_or((1.0, 10.0));
         let line = vec![(low, uncertainty.max(LEAST)), (high, uncertainty.max(LEAST))];
-        curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
+        curves.push(Curve::line("uncertainty of reference", GREY, line).styled(CurveStyle::Dashed));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };
     // Both panels share an axis. Only the first one also shows runs with another sequence of events.

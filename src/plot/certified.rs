@@ -58,7 +58,10 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     let style = CurveStyle::of_many(points.len(), 200, CurveStyle::Points);
     // With an exact solution the uncertainty is the true error. Another value has a mark of its own.
     let errors = column(&group, "true_error").unwrap_or_default();
-    let differs = |&(k, error): &(f64, f64)| (error - uncertainty[k as usize].abs()).abs() > 1e-9 * error;
+    let differs = |&(k, error): &(f64, f64)| {
+        let (own, error) = (uncertainty[k as usize].abs().max(LEAST), error.max(LEAST));
+        (error - own).abs() > 1e-9 * error
+    };
     let differing: Vec<(f64, f64)> = numbered(errors).into_iter().filter(differs).collect();
     let label = match errors.iter().any(|error| error.is_finite()) && differing.is_empty() {
         true => "uncertainty = true error",

@@ -107,6 +107,13 @@ fn of_the_papers_case(file: &StudyFile) -> bool {
     })
 }
 
+/// Width and height of a contour's label, where a panel is 2 wide and 1 high.
+const LABEL: (f64, f64) = (0.13, 0.09);
+/// Distance, in labels, that is enough.
+const CLEAR: f64 = 1.6;
+/// Of a contour's points every so many are looked at.
+const STEP: usize = 4;
+
 /// A label for each contour, on its longest line. All are at about the same share of their lines, so that they are in
 /// order. Of several shares it is the one with the most room to other lines, labels and the edges.
 fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
@@ -125,7 +132,6 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
         let (a, b) = place(point);
         (2.0 * (a - x.0) / x.1, (b - y.0) / y.1)
     };
-    let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
     let mut longest: Vec<(f64, Vec<(f64, f64)>)> = Vec::new();
     for level in levels(contours.iter().map(|contour| contour.level)) {
         let of_level = contours.iter().filter(|contour| contour.level == level);
@@ -141,14 +147,11 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
         }
         longest.push((level, points));
     }
-    let others: Vec<Vec<(f64, f64)>> = longest
-        .iter()
-        .map(|(level, _)| {
-            let own = |point: &(f64, f64)| contours.iter().any(|c| c.level == *level && c.points.contains(point));
-            let points = curves.iter().flat_map(Curve::points).filter(|point| !own(point));
-            points.map(scaled).collect()
-        })
-        .collect();
+    // In sizes of a label from its middle.
+    let apart = |a: (f64, f64), b: (f64, f64)| ((a.0 - b.0).abs() / LABEL.0).max((a.1 - b.1).abs() / LABEL.1);
+    let of_contour = |point: &(f64, f64)| contours.iter().any(|contour| contour.points.contains(point));
+    let points = curves.iter().flat_map(Curve::points).filter(|point| !of_contour(point));
+    let others: Vec<(f64, f64)> = points.map(scaled).collect();
     let at = |first: f64, step: f64| -> Vec<(f64, f64)> {
         let points = longest.iter().enumerate().map(|(k, (_, points))| {
             let share = (first + step * k as f64).clamp(0.0, 1.0);
@@ -156,19 +159,27 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
         });
         points.collect()
     };
+    // Labels keep clear of each other first, then of other lines and the edges, and then of the other contours.
     let room = |labels: &[(f64, f64)]| -> f64 {
-        let mut least = f64::INFINITY;
-        for (k, (label, others)) in labels.iter().zip(&others).enumerate() {
+        let (mut least, mut beside) = (CLEAR, 1.0f64);
+        for (k, label) in labels.iter().enumerate() {
             let own = scaled(*label);
-            let to_edges = own.0.min(2.0 - own.0).min(own.1).min(1.0 - own.1);
-            let placed = labels[..k].iter().map(|label| 0.5 * distance(scaled(*label), own));
-            let lines = others.iter().map(|other| distance(*other, own));
+            let to_edges = (own.0.min(2.0 - own.0) / LABEL.0).min(own.1.min(1.0 - own.1) / LABEL.1);
+            let placed = labels[..k].iter().map(|label| apart(scaled(*label), own));
+            let lines = others.iter().map(|other| 2.0 * apart(*other, own));
             least = placed.chain(lines).fold(least.min(to_edges), f64::min);
+            let contours = longest.iter().enumerate().filter(|(other, _)| *other != k);
+            let contours = contours.flat_map(|(_, (_, points))| points.iter().step_by(STEP));
+            beside = contours.map(|point| apart(scaled(*point), own)).fold(beside, f64::min);
         }
-        least
+        least + 0.3 * beside
     };
     let candidates =
-        (1..10).flat_map(|first| (-3..=3).map(move |step| (f64::from(first) / 10.0, f64::from(step) / 20.0)));
+        (1..20).flat_map(|first| (-6..=6).map(move |step| (f64::from(first) / 20.0, f64::from(step) / 30.0)));
+    let candidates = candidates.filter(|(first, step)| {
+        let last = first + step * longest.len().saturating_sub(1) as f64;
+        (0.0..=1.0).contains(&last)
+    });
     let candidates = candidates.map(|(first, step)| at(first, step));
     let best = candidates
         .map(|labels| (room(&labels), labels))
