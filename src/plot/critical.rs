@@ -109,13 +109,13 @@ fn of_the_papers_case(file: &StudyFile) -> bool {
 
 /// Width and height of a contour's label, where a panel is 2 wide and 1 high.
 const LABEL: (f64, f64) = (0.13, 0.09);
-/// Distance, in labels, that is enough.
-const CLEAR: f64 = 1.6;
+/// Number of places along a contour that are tried, less one.
+const PLACES: usize = 40;
 /// Of a contour's points every so many are looked at.
 const STEP: usize = 4;
 
-/// A label for each contour, on its longest line. All are at about the same share of their lines, so that they are in
-/// order. Of several shares it is the one with the most room to other lines, labels and the edges.
+/// A label for each contour, on its longest line, one after the other along the lines, so that they are in order, with
+/// the most room to other lines, labels and the edges.
 fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
     let place = |(x, y): (f64, f64)| {
         let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
@@ -152,41 +152,50 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
     let of_contour = |point: &(f64, f64)| contours.iter().any(|contour| contour.points.contains(point));
     let points = curves.iter().flat_map(Curve::points).filter(|point| !of_contour(point));
     let others: Vec<(f64, f64)> = points.map(scaled).collect();
-    let at = |first: f64, step: f64| -> Vec<(f64, f64)> {
-        let points = longest.iter().enumerate().map(|(k, (_, points))| {
-            let share = (first + step * k as f64).clamp(0.0, 1.0);
-            points[(share * (points.len() - 1) as f64).round() as usize]
-        });
-        points.collect()
+    // How much a distance is below enough.
+    let lack = |distance: f64| (1.0 - distance.min(1.0)).powi(2);
+    let at = |k: usize, place: usize| {
+        let points = &longest[k].1;
+        points[place * (points.len() - 1) / PLACES]
     };
-    // Labels keep clear of each other first, then of other lines and the edges, and then of the other contours.
-    let room = |labels: &[(f64, f64)]| -> f64 {
-        let (mut least, mut beside) = (CLEAR, 1.0f64);
-        for (k, label) in labels.iter().enumerate() {
-            let own = scaled(*label);
-            let to_edges = (own.0.min(2.0 - own.0) / LABEL.0).min(own.1.min(1.0 - own.1) / LABEL.1);
-            let placed = labels[..k].iter().map(|label| apart(scaled(*label), own));
-            let lines = others.iter().map(|other| 2.0 * apart(*other, own));
-            least = placed.chain(lines).fold(least.min(to_edges), f64::min);
-            let contours = longest.iter().enumerate().filter(|(other, _)| *other != k);
-            let contours = contours.flat_map(|(_, (_, points))| points.iter().step_by(STEP));
-            beside = contours.map(|point| apart(scaled(*point), own)).fold(beside, f64::min);
+    // Labels keep clear of other lines and the edges and, less strictly, of the other contours.
+    let alone = |k: usize, place: usize| -> f64 {
+        let own = scaled(at(k, place));
+        let to_edges = (own.0.min(2.0 - own.0) / LABEL.0).min(own.1.min(1.0 - own.1) / LABEL.1);
+        let to_lines = others.iter().map(|other| apart(*other, own)).fold(1.0, f64::min);
+        let siblings = longest.iter().enumerate().filter(|(other, _)| *other != k);
+        let siblings = siblings.flat_map(|(_, (_, points))| points.iter().step_by(STEP));
+        let to_siblings = siblings.map(|point| apart(scaled(*point), own)).fold(1.0, f64::min);
+        4.0 * lack(2.0 * to_edges) + 4.0 * lack(1.4 * to_lines) + 0.3 * lack(to_siblings)
+    };
+    // The best places of labels 0 to k, one after the other along the lines, for each place of the last one.
+    let ordered = |rising: bool| -> (f64, Vec<usize>) {
+        let mut best: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new()); PLACES + 1];
+        for k in 0..longest.len() {
+            let next = |place: usize| {
+                let before = best.iter().filter_map(|(cost, places)| {
+                    let Some(&last) = places.last() else {
+                        return Some((*cost, places));
+                    };
+                    let in_order = if rising { last <= place } else { last >= place };
+                    let to_last = apart(scaled(at(k - 1, last)), scaled(at(k, place)));
+                    in_order.then(|| (cost + 4.0 * lack(to_last), places))
+                });
+                let (cost, places) = before.min_by(|a, b| a.0.total_cmp(&b.0))?;
+                let places = places.iter().copied().chain([place]).collect();
+                Some((cost + alone(k, place), places))
+            };
+            best = (0..=PLACES).filter_map(next).collect();
         }
-        least + 0.3 * beside
+        let least = best.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        least.unwrap_or_default()
     };
-    let candidates =
-        (1..20).flat_map(|first| (-6..=6).map(move |step| (f64::from(first) / 20.0, f64::from(step) / 30.0)));
-    let candidates = candidates.filter(|(first, step)| {
-        let last = first + step * longest.len().saturating_sub(1) as f64;
-        (0.0..=1.0).contains(&last)
-    });
-    let candidates = candidates.map(|(first, step)| at(first, step));
-    let best = candidates
-        .map(|labels| (room(&labels), labels))
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    let labels = best.map(|(_, labels)| labels).unwrap_or_default();
-    let words = longest.iter().map(|(level, _)| level.to_string());
-    labels.into_iter().zip(words).collect()
+    let (falling, rising) = (ordered(false), ordered(true));
+    let (_, places) = if rising.0 < falling.0 { rising } else { falling };
+    let labels = places.into_iter().enumerate();
+    labels
+        .map(|(k, place)| (at(k, place), longest[k].0.to_string()))
+        .collect()
 }
 
 /// A number, with a power of ten in typographic form below 10⁻³.
