@@ -15,9 +15,11 @@ use stickslip::output::{Output, Product};
 use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
-use stickslip::plot::{self, DrawnRun, Figure};
+use stickslip::plot::{self, Drawing, DrawnRun, Figure};
 use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
+
+const FIRST: &str = "stick-slip-transition";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let case = Case::read(&CaseSource::built_in("paper")?, &[])?;
@@ -40,7 +42,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let runs = [DrawnRun::open(&path)?];
     let subject = Subject::new(&runs).ok_or("no run")?;
     for entry in ENTRIES {
-        save(&entry.build(&subject)?.map_err(|absent| absent.why)?)?;
+        let figure = entry.build(&subject)?.map_err(|absent| absent.why)?;
+        save(&figure)?;
+        // The first picture of the README has a form for dark pages.
+        if figure.name == FIRST {
+            let drawing = plot::draw(&figure, COLUMN_WIDTH)?.on_dark();
+            write(&format!("{}-dark", figure.name), &drawing)?;
+        }
     }
     let of_case = Modes::of_case(&case.system, &case.solver, case.output.end_time);
     let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
@@ -65,9 +73,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
-    let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
+    write(&figure.name, &plot::draw(figure, COLUMN_WIDTH)?)
+}
+
+fn write(name: &str, drawing: &Drawing) -> Result<(), Box<dyn Error>> {
+    let path = Path::new("docs/figures").join(format!("{name}.svg"));
     let output = Output::new(&path, Product::Figure("-o"), &[], false)?;
-    output.write(&[plot::draw(figure, COLUMN_WIDTH)?.svg().as_bytes()])?;
+    output.write(&[drawing.svg().as_bytes()])?;
     println!("{}", path.display());
     Ok(())
 }

@@ -6,20 +6,33 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use stickslip::compare::benchmark::{Problem, ProblemSet};
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;color:#1b1b1b;background:#fff}\
+const STYLE: &str = ":root{color-scheme:light dark;--ink:#1b1b1b;--ground:#fff;--line:#ddd;--code:#f5f5f5;--link:#0b57a4;\
+--curve:#0072b2;--event:#d55e00}\
+@media(prefers-color-scheme:dark){:root{--ink:#e8e6e3;--ground:#121417;--line:#3a3e44;--code:#1b1e22;--link:#8cc4f5;\
+--curve:#5cb8f0;--event:#ff8a45}}\
+body{font:16px/1.5 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;color:var(--ink);\
+background:var(--ground)}a{color:var(--link)}\
 h1{font-size:1.7rem}h2{font-size:1.25rem;margin-top:2.5rem}table{border-collapse:collapse;font-size:.92rem}\
-th,td{padding:.25rem .6rem;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}td.n{text-align:right;\
+th,td{padding:.25rem .6rem;border-bottom:1px solid var(--line);text-align:left;vertical-align:top}td.n{text-align:right;\
 font-variant-numeric:tabular-nums}section{display:grid;grid-template-columns:minmax(0,20rem) minmax(0,1fr);gap:1rem 2rem;\
-border-top:1px solid #ddd;padding:1rem 0}section h3{margin:0 0 .3rem;font-size:1.05rem}section p{margin:.3rem 0}\
-img{max-width:100%}.scroll{overflow-x:auto}pre{background:#f5f5f5;padding:.7rem;overflow-x:auto}\
-@media(max-width:44rem){section{grid-template-columns:1fr}}\
-@media(prefers-color-scheme:dark){:root{color-scheme:dark}body{color:#e8e6e3;background:#1b1e22}a{color:#6bb8ee}th,td,section{border-color:#3a3e44}\
-pre{background:#121417}img{background:#fff;filter:invert(.89) hue-rotate(180deg)}polyline{stroke:#6bb8ee}svg path{stroke:#ff8a45}}";
+border-top:1px solid var(--line);padding:1rem 0}section h3{margin:0 0 .3rem;font-size:1.05rem}section p{margin:.3rem 0}\
+img{max-width:100%}@media(prefers-color-scheme:dark){img{background:#fff;filter:invert(.89) hue-rotate(180deg)}}.scroll{overflow-x:auto}pre{background:var(--code);padding:.7rem;overflow-x:auto}\
+.motion{max-width:100%;height:auto;fill:none;stroke-width:1}.motion text{fill:var(--ink);font-size:13px}\
+.motion .axis{stroke:var(--ink)}.motion .curve{stroke:var(--curve);stroke-width:1.5}\
+.motion .events{stroke:var(--event);stroke-width:1.5}\
+@media(max-width:44rem){section{grid-template-columns:1fr}}";
 
 /// Size of the picture of a motion, px, and points that it has at most.
 const WIDTH: f64 = 520.0;
-const HEIGHT: f64 = 150.0;
+const HEIGHT: f64 = 190.0;
 const MOST_POINTS: usize = 400;
+/// Edges of its axes, px: right, top, bottom. The left one leaves room for the numbers.
+const RIGHT: f64 = WIDTH - 18.0;
+const TOP: f64 = 12.0;
+const BOTTOM: f64 = HEIGHT - 34.0;
+/// Width of a letter and length of the line of an event, px.
+const LETTER: f64 = 8.0;
+const EVENT: f64 = 12.0;
 
 /// `index.html`.
 pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<String> {
@@ -67,6 +80,22 @@ pub fn of(set: &ProblemSet, made: &BTreeMap<PathBuf, String>) -> Outcome<String>
     Ok(page)
 }
 
+/// Round values from `low` to `high` with a distance of 1, 2 or 5 times a power of ten, at most `most` of them, and the
+/// decimals that they need.
+fn ticks((low, high): (f64, f64), most: f64) -> (Vec<f64>, usize) {
+    let least = (high - low) / most;
+    let power = 10f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
+    let step = step.into_iter().find(|step| *step >= least).unwrap_or(least);
+    let numbers = (low / step).ceil() as i64..=(high / step).floor() as i64;
+    let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+    (numbers.map(|number| number as f64 * step).collect(), decimals)
+}
+
+fn number(value: f64, decimals: usize) -> String {
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
 /// The scored position over time, with the events; of the last stretch of the grid.
 fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
     let column = 1 + problem.column(&problem.position).ok_or("no such column")?;
@@ -86,8 +115,59 @@ fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
             (low.min(row.1), high.max(row.1))
         });
     let span = if high > low { high - low } else { 1.0 };
-    let x = |time: f64| 4.0 + (WIDTH - 8.0) * (time - first.0) / (last.0 - first.0);
-    let y = |value: f64| HEIGHT - 14.0 - (HEIGHT - 28.0) * (value - low) / span;
+    // Small numbers in a unit of their own, such as 10⁻⁶ rad.
+    let thousands = (low.abs().max(high.abs()).max(1e-99).log10() / 3.0).floor() as i32;
+    let (scale, prefix) = match thousands {
+        ..=-2 => (
+            10f64.powi(-3 * thousands),
+            format!(
+                "10<tspan dy=\"-4\" font-size=\"10\">{}</tspan><tspan dy=\"4\"> </tspan>",
+                number(f64::from(3 * thousands), 0)
+            ),
+        ),
+        _ => (1.0, String::new()),
+    };
+    let (values, decimals) = ticks((scale * low, scale * (low + span)), 4.0);
+    let labels: Vec<String> = values.iter().map(|value| number(*value, decimals)).collect();
+    let letters = labels.iter().map(|label| label.chars().count()).max().unwrap_or(1);
+    let left = 14.0 + LETTER * letters as f64;
+    let x = |time: f64| left + (RIGHT - left) * (time - first.0) / (last.0 - first.0);
+    let y = |value: f64| BOTTOM - EVENT - (BOTTOM - EVENT - TOP) * (value - low) / span;
+    let mut axes = format!("M{left:.1} {TOP}V{BOTTOM}H{RIGHT}");
+    let mut texts = String::new();
+    for (value, label) in values.iter().zip(labels) {
+        let y = y(value / scale);
+        let _ = write!(axes, "M{:.1} {y:.1}h-4", left);
+        let _ = write!(
+            texts,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+            left - 7.0,
+            y + 4.5
+        );
+    }
+    let (times, decimals) = ticks((first.0, last.0), 6.0);
+    for time in times {
+        let _ = write!(axes, "M{:.1} {BOTTOM}v4", x(time));
+        let _ = write!(
+            texts,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            x(time),
+            BOTTOM + 17.0,
+            number(time, decimals)
+        );
+    }
+    let meaning = &problem.columns[column - 1].meaning;
+    let unit = &problem.columns[column - 1].unit;
+    let _ = write!(
+        texts,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">t (s)</text><text x=\"{:.1}\" y=\"{:.1}\">{} ({prefix}{})</text>",
+        0.5 * (left + RIGHT),
+        HEIGHT - 3.0,
+        left + 6.0,
+        TOP,
+        escaped(meaning),
+        escaped(unit),
+    );
     let step = rows.len().div_ceil(MOST_POINTS);
     let points = rows
         .iter()
@@ -96,23 +176,19 @@ fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
     let marks = events.lines().skip(1).map(|line| {
         let time = cell(line, 1)?;
         Ok(match time >= first.0 && time <= last.0 {
-            true => format!("M{:.1} {}v6", x(time), HEIGHT - 8.0),
+            true => format!("M{:.1} {BOTTOM}v-{EVENT}", x(time)),
             false => String::new(),
         })
     });
-    let meaning = &problem.columns[column - 1].meaning;
     Ok(format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{} over time\" \
-         style=\"max-width:100%;height:auto\"><polyline points=\"{}\" fill=\"none\" stroke=\"#1f5f9f\" stroke-width=\"1.2\"/>\
-         <path d=\"{}\" stroke=\"#b03a2e\" stroke-width=\"1\"/></svg>\n<p><small>{} ({}) from {} to {} s; the marks are \
-         events.</small></p>",
-        escaped(meaning),
+        "<svg class=\"motion\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" role=\"img\" aria-label=\"{meaning} over \
+         time\"><path class=\"axis\" d=\"{axes}\"/><polyline class=\"curve\" points=\"{}\"/><path class=\"events\" \
+         d=\"{}\"/>{texts}</svg>\n<p><small>{meaning} from {} to {} s; the marks on the axis are events.</small></p>",
         points.collect::<Vec<_>>().join(" "),
         marks.collect::<Outcome<String>>()?,
-        escaped(meaning),
-        escaped(&problem.columns[column - 1].unit),
         first.0,
         last.0,
+        meaning = escaped(meaning),
     ))
 }
 

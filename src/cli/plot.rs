@@ -160,8 +160,11 @@ fn of_sweep(file: &StudyFile, choice: &Choice, only: &[String]) -> Result<Chosen
 }
 
 /// The figures of a continuation with the requested quantities or names, or the most important ones.
-fn of_branches(path: &Path, quantities: &[String], only: &[String]) -> Result<Chosen, Error> {
-    let file = Branches::read(path)?;
+fn of_branches(path: &Path, runs: Option<&StudyFile>, quantities: &[String], only: &[String]) -> Result<Chosen, Error> {
+    let mut file = Branches::read(path)?;
+    if let Some(runs) = runs {
+        file = file.with_runs(runs)?;
+    }
     let figures = match (quantities, only) {
         ([], [_, ..]) => file.all()?,
         _ => file.figures(quantities)?,
@@ -222,9 +225,36 @@ fn one_kind(runs: &[DrawnRun]) -> Result<(), Error> {
 const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations, \
                         work-precision studies and continuations";
 
+/// The files of a continuation and a sweep, in any order, if there are these two.
+fn branches_and_runs(files: &[PathBuf]) -> Result<Option<(&Path, Box<StudyFile>)>, Error> {
+    let [one, other] = files else { return Ok(None) };
+    if !Stored::is_one(one) && !Stored::is_one(other) {
+        return Ok(None);
+    }
+    Ok(match (kind(one)?, kind(other)?) {
+        (StudyKind::Branches, StudyKind::Sweep(runs)) => Some((one.as_path(), runs)),
+        (StudyKind::Sweep(runs), StudyKind::Branches) => Some((other.as_path(), runs)),
+        _ => None,
+    })
+}
+
 /// The figures of a file with many runs; `None` for a file with a single run.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, Error> {
     let choice = choice(options)?;
+    if let Some((branches, runs)) = branches_and_runs(&options.files)? {
+        if choice.axes.is_some() || !choice.at.is_empty() || options.candidate.is_some() {
+            return Err(Error::of_file(
+                branches,
+                "branches with the runs of a sweep; choose with --quantity or --only",
+            ));
+        }
+        return Ok(Some(of_branches(
+            branches,
+            Some(&runs),
+            &choice.quantities,
+            &options.only,
+        )?));
+    }
     for path in &options.files {
         let kind = kind(path)?;
         if matches!(kind, StudyKind::Run) {
@@ -232,7 +262,9 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, Error> {
         }
         let refused = |why: &str| Err(Error::of_file(path, why));
         if options.files.len() > 1 {
-            return refused("holds many runs, and is drawn by itself; give one file");
+            return refused(
+                "holds many runs, and is drawn by itself; give one file, or branches with a sweep over their parameter",
+            );
         }
         if options.candidate.is_some() {
             return refused(
@@ -251,7 +283,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Chosen>, Error> {
             StudyKind::Branches if choice.axes.is_some() || !choice.at.is_empty() => refused(
                 "branches, whose points lie on curves over one parameter; leave out --axes and --at, and choose with --quantity",
             ),
-            StudyKind::Branches => Ok(Some(of_branches(path, &choice.quantities, &options.only)?)),
+            StudyKind::Branches => Ok(Some(of_branches(path, None, &choice.quantities, &options.only)?)),
             _ if !choice.is_empty() => refused(
                 "a work-precision study, of which one figure is drawn; leave out --quantity, \
                                                 --axes and --at",

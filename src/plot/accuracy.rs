@@ -1,7 +1,7 @@
 //! Figures of `stickslip work-precision` and of `stickslip certify --figure`.
 
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
-use super::style::{GREY, PALETTE};
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, TIP_DOWN, drawn, extent};
+use super::style::{BLACK, BLUE, GREEN, GREY, OLIVE, ORANGE, PALETTE, PURPLE, SKY, VERMILLION, WINE};
 use crate::Error;
 use plotters::style::RGBColor;
 use std::path::Path;
@@ -31,31 +31,49 @@ pub fn of_file(path: &Path) -> Result<Figure, Error> {
     Ok(work_precision_figure(&title, &result))
 }
 
-/// Errors over calls of the right-hand side, and over time. Open circles are errors within the uncertainty of the
-/// reference, which is the dashed line.
+/// Errors over calls of the right-hand side, and over time. The dashed line is the uncertainty of the reference. Errors
+/// within it are open circles, and those below the axis triangles at its floor.
 pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
     let series = series(&result.measurements);
     let calls: fn(&Measurement) -> f64 = |m| m.rhs_evaluations as f64;
     let panel = |x: Axis, of_x: fn(&Measurement) -> f64, name: &str, error: fn(&MethodErrors) -> Option<f64>| {
         let uncertainty = error(&result.uncertainty).unwrap_or(0.0);
         let mut curves: Vec<Curve> = Vec::new();
+        let (mut within, mut without) = (Vec::new(), Vec::new());
         for s in &series {
             let points: Vec<(f64, f64)> = s
                 .runs
                 .iter()
-                .filter_map(|m| Some((of_x(m), error(&m.errors)?.max(LEAST))))
+                .filter_map(|m| Some((of_x(m), error(&m.errors)?)))
                 .filter(|point| point.0 > 0.0)
                 .collect();
             let color = color(s.color);
             let style = if s.fixed { CurveStyle::Dashed } else { CurveStyle::Solid };
-            let (told, untold): (Vec<_>, Vec<_>) = points.iter().partition(|point| point.1 > uncertainty);
-            curves.push(Curve::line(&s.label, color, points).styled(style));
+            let of = |chosen: &dyn Fn(f64) -> bool| -> Vec<(f64, f64)> {
+                points.iter().copied().filter(|point| chosen(point.1)).collect()
+            };
+            let told = of(&|error| error > uncertainty);
+            let untold = of(&|error| error <= uncertainty && error >= LEAST);
+            let below = of(&|error| error <= uncertainty && error < LEAST);
+            let at_floor = |points: Vec<(f64, f64)>| points.into_iter().map(|(x, y)| (x, y.max(LEAST))).collect();
+            let below: Vec<(f64, f64)> = at_floor(below);
+            curves.push(Curve::line(&s.label, color, at_floor(points)).styled(style));
             curves.push(Curve::line("", color, told).styled(CurveStyle::Points));
-            curves.push(Curve::line("", color, untold).styled(CurveStyle::OpenPoints));
+            curves.push(Curve::line("", color, untold.clone()).styled(CurveStyle::OpenPoints));
+            curves.push(Curve::line("", color, below.clone()).styled(CurveStyle::Marks(TIP_DOWN)));
+            within.extend(untold);
+            without.extend(below);
         }
+        // Names for the marks of all methods, below those.
+        let mut all = vec![
+            Curve::line("within uncertainty", BLACK, within).styled(CurveStyle::OpenPoints),
+            Curve::line("below 10⁻¹⁶ s", BLACK, without).styled(CurveStyle::Marks(TIP_DOWN)),
+        ];
+        all.append(&mut curves);
+        let mut curves = all;
         let (low, high) = extent(curves.iter().flat_map(Curve::points).map(|point| point.0)).unwrap_or((1.0, 10.0));
         let line = vec![(low, uncertainty.max(LEAST)), (high, uncertainty.max(LEAST))];
-        curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
+        curves.push(Curve::line("uncertainty of reference", GREY, line).styled(CurveStyle::Dashed));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };
     // Both panels share an axis. Only the first one also shows runs with another sequence of events.
@@ -71,10 +89,13 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
     Figure::new(WORK_PRECISION, title, panels)
 }
 
-/// Colour of method `number` (from 0). Beyond the palette the colours repeat in darker shades; thirteen are distinct.
+/// Colours of methods, of different hue or lightness.
+const COLORS: [RGBColor; 9] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK, WINE, OLIVE];
+
+/// Colour of method `number` (from 0). Beyond nine the colours repeat in darker shades; seventeen are distinct.
 pub fn color(number: usize) -> RGBColor {
-    let RGBColor(r, g, b) = PALETTE[number % PALETTE.len()];
-    let shades = i32::try_from(number / PALETTE.len()).unwrap_or(i32::MAX);
+    let RGBColor(r, g, b) = COLORS[number % COLORS.len()];
+    let shades = i32::try_from(number / COLORS.len()).unwrap_or(i32::MAX);
     let darker = |part: u8| (f64::from(part) * 0.55f64.powi(shades)).round() as u8;
     RGBColor(darker(r), darker(g), darker(b))
 }
@@ -129,7 +150,7 @@ pub fn onset_figure(title: &str, onsets: &[Onset]) -> Figure {
         drawn(curves)
     };
     let panel = |y: Axis, curves| Panel::new(Axis::new("rtol", "1").by_powers(), y, curves);
-    let first_stick = |name: &str| {
+    let first_stick = || {
         let range = times.map(|(low, high)| {
             // A margin of 5 % on each side, as without a fixed range.
             let margin = ((high - low) / 20.0).max(f64::EPSILON * high.abs());
@@ -137,15 +158,34 @@ pub fn onset_figure(title: &str, onsets: &[Onset]) -> Figure {
         });
         Axis {
             range,
-            ..Axis::new(name, "s")
+            ..Axis::new("first stick", "s")
         }
     };
     let distance = |time: f64| Some((time - reference?).abs().max(LEAST_DISTANCE));
-    let distances = Axis::new("kicked, distance", "s").by_powers();
+    let distances = Axis::new("distance", "s").by_powers();
+    let captioned = |caption: String, panel: Panel| Panel { caption, ..panel };
+    // On this scale the curves may lie on each other.
+    let kicked = extent(
+        onsets
+            .iter()
+            .filter(|onset| onset.kicked)
+            .filter_map(|onset| onset.first_stick),
+    );
+    let coincide = times
+        .zip(kicked)
+        .is_some_and(|(all, kicked)| kicked.1 - kicked.0 < 0.01 * (all.1 - all.0));
+    let with_kick = match coincide {
+        true => "with the kick: all coincide".to_owned(),
+        false => "with the kick".to_owned(),
+    };
+    let to_reference = format!("with the kick, against {}", METHODS[0].name());
     let panels = vec![
-        panel(first_stick("no kick"), curves(false, &Some, 0)),
-        panel(first_stick("kicked"), curves(true, &Some, 0)),
-        panel(distances, curves(true, &distance, 1)),
+        captioned(
+            "without a kick".to_owned(),
+            panel(first_stick(), curves(false, &Some, 0)),
+        ),
+        captioned(with_kick, panel(first_stick(), curves(true, &Some, 0))),
+        captioned(to_reference, panel(distances, curves(true, &distance, 1))),
     ];
     Figure::new(ONSET, format!("First stick against tolerance: {title}"), panels)
 }

@@ -2,11 +2,13 @@
 
 use super::certified;
 use super::entry::FigureForm::{CloseUp, Orbit, Own, Spiral, Whole};
-use super::entry::{CatalogueEntry, Drawn, FigureOutcome, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry};
+use super::entry::{
+    CatalogueEntry, Drawn, FigureOutcome, FigureView, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry,
+};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels::in_translation;
 use super::law;
-use super::own::{over_time, phase};
+use super::own::{over_time, phase_of_each};
 use super::portraits::{self, final_stick};
 use super::run::DrawnRun;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
@@ -250,7 +252,7 @@ pub fn sampling(run: &DrawnRun, absent: &[&NoFigure]) -> Option<String> {
 
 impl CatalogueEntry {
     fn draw(&self, subject: &Subject) -> Drawn {
-        let phase = |axes, window| phase(subject.runs, self.name, self.title, axes, window);
+        let windows = |view: FigureView| subject.windows(|own| own.resolved(view(own)));
         match self.form {
             Whole(panels) => {
                 // One pass over the file serves all figures of the whole run.
@@ -261,8 +263,14 @@ impl CatalogueEntry {
                 self.over_time(subject, panels, subject.run.times)
             }
             CloseUp(panels, view) => self.over_time(subject, panels, subject.resolved(view(subject))?),
-            Spiral(axes, view) => portraits::spiral(self, subject, axes, subject.resolved(view(subject))?),
-            Orbit(axes, view) => Ok(phase(axes, subject.resolved(view(subject))?)?),
+            Spiral(axes, view) => portraits::spiral(self, subject, axes, &windows(view)?),
+            Orbit(axes, view) => Ok(phase_of_each(
+                subject.runs,
+                self.name,
+                self.title,
+                axes,
+                &windows(view)?,
+            )?),
             Own(draw) => draw(self, subject),
         }
     }

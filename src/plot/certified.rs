@@ -1,7 +1,7 @@
 //! Figures of a certificate: uncertainties of events, and error bands of channels.
 
 use super::entry::{CatalogueEntry, Drawn, FigureForm, Subject, entry};
-use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, drawn};
+use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, TIP_DOWN, drawn};
 use super::own::time_axis;
 use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
 use stickslip_files::AddedGroup;
@@ -40,10 +40,11 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     };
     let numbered = |values: &[f64]| -> Vec<(f64, f64)> {
         let numbers = values.iter().enumerate().filter(|(_, value)| value.is_finite());
-        numbers.map(|(k, value)| (k as f64, value.abs().max(LEAST))).collect()
+        numbers.map(|(k, value)| (k as f64, value.abs())).collect()
     };
-    let points = numbered(&uncertainty);
-    if points.is_empty() {
+    let (points, below): (Vec<_>, Vec<_>) = numbered(&uncertainty).into_iter().partition(|point| point.1 >= LEAST);
+    let below: Vec<(f64, f64)> = below.into_iter().map(|(k, _)| (k, LEAST)).collect();
+    if points.is_empty() && below.is_empty() {
         return Err("no event of its certificate is converged, so none has an uncertainty".into());
     }
     let mut curves = Vec::new();
@@ -55,13 +56,23 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
         curves.push(Curve::pieces("from what rounding alone does", SKY, bars.collect()));
     }
     let style = CurveStyle::of_many(points.len(), 200, CurveStyle::Points);
-    curves.push(Curve::line("uncertainty of the time", BLUE, points).styled(style));
-    if let Some(errors) = column(&group, "true_error") {
-        let points = numbered(errors);
-        curves.push(Curve::line("true error, by the exact solver", VERMILLION, points).styled(CurveStyle::OpenPoints));
-    }
+    // With an exact solution the uncertainty is the true error. Another value has a mark of its own.
+    let errors = column(&group, "true_error").unwrap_or_default();
+    let differs = |&(k, error): &(f64, f64)| {
+        let (own, error) = (uncertainty[k as usize].abs().max(LEAST), error.max(LEAST));
+        (error - own).abs() > 1e-9 * error
+    };
+    let differing: Vec<(f64, f64)> = numbered(errors).into_iter().filter(differs).collect();
+    let label = match errors.iter().any(|error| error.is_finite()) && differing.is_empty() {
+        true => "uncertainty = true error",
+        false => "uncertainty of the time",
+    };
+    curves.push(Curve::line(label, BLUE, points).styled(style));
+    let differing = differing.into_iter().map(|(k, error)| (k, error.max(LEAST))).collect();
+    curves.push(Curve::line("true error, by the exact solver", VERMILLION, differing).styled(CurveStyle::OpenPoints));
+    curves.push(Curve::line("below 10⁻¹⁶ s", BLUE, below).styled(CurveStyle::Marks(TIP_DOWN)));
     let unconverged = (0..uncertainty.len()).filter(|&k| !uncertainty[k].is_finite());
-    let unconverged = unconverged.map(|k| (k as f64, LEAST)).collect();
+    let unconverged = unconverged.map(|k| (k as f64, 2.0 * LEAST)).collect();
     curves.push(Curve::line("not converged", ORANGE, unconverged).styled(CurveStyle::OpenPoints));
     let last = run.events.len().max(2) as f64;
     let x = || Axis::new("event, from 0", "1").ranging(-1.0, last);

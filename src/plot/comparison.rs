@@ -214,7 +214,8 @@ impl DrawnCandidate<'_> {
         let (points, label, ground) = (traced.candidate.finish(), self.label(), panel.modes.clone());
         let line = |label: &str| Curve::line(label, VERMILLION, points.clone());
         let thin = if few { "" } else { &label };
-        panel.curves.push(line(thin).styled(CurveStyle::Thin));
+        // Dashes over a solid line: where both agree, both colours are visible.
+        panel.curves.push(line(thin).styled(CurveStyle::Dashed));
         if few {
             panel.curves.push(line(&label).styled(CurveStyle::Points));
         }

@@ -107,7 +107,15 @@ fn of_the_papers_case(file: &StudyFile) -> bool {
     })
 }
 
-/// A label for each contour, on its longest line and far from other lines, labels and the edges.
+/// Width and height of a contour's label, where a panel is 2 wide and 1 high.
+const LABEL: (f64, f64) = (0.13, 0.09);
+/// Number of places along a contour that are tried, less one.
+const PLACES: usize = 40;
+/// Of a contour's points every so many are looked at.
+const STEP: usize = 4;
+
+/// A label for each contour, on its longest line, one after the other along the lines, so that they are in order, with
+/// the most room to other lines, labels and the edges.
 fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
     let place = |(x, y): (f64, f64)| {
         let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
@@ -124,38 +132,70 @@ fn contour_labels(contours: &[CriticalLine], curves: &[Curve], by_powers: (bool,
         let (a, b) = place(point);
         (2.0 * (a - x.0) / x.1, (b - y.0) / y.1)
     };
-    let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
-    let mut labels: Vec<((f64, f64), String)> = Vec::new();
+    let mut longest: Vec<(f64, Vec<(f64, f64)>)> = Vec::new();
     for level in levels(contours.iter().map(|contour| contour.level)) {
         let of_level = contours.iter().filter(|contour| contour.level == level);
-        let Some(longest) = of_level.max_by_key(|contour| contour.points.len()) else {
+        let Some(line) = of_level.max_by_key(|contour| contour.points.len()) else {
             continue;
         };
-        let own = |point: &(f64, f64)| contours.iter().any(|c| c.level == level && c.points.contains(point));
-        let others: Vec<(f64, f64)> = curves
-            .iter()
-            .flat_map(Curve::points)
-            .filter(|p| !own(p))
-            .map(scaled)
-            .collect();
-        let room = |point: (f64, f64)| {
-            let at = scaled(point);
-            let to_edges = at.0.min(2.0 - at.0).min(at.1).min(1.0 - at.1);
-            let placed = labels.iter().map(|(point, _)| 0.5 * distance(scaled(*point), at));
-            let lines = others.iter().map(|other| distance(*other, at));
-            placed.chain(lines).fold(to_edges, f64::min)
-        };
-        // A hundred candidate positions suffice.
-        let step = (longest.points.len() / 100).max(1);
-        let best = longest
-            .points
-            .iter()
-            .step_by(step)
-            .copied()
-            .max_by(|a, b| room(*a).total_cmp(&room(*b)));
-        labels.extend(best.map(|point| (point, level.to_string())));
+        // All lines begin at the same side.
+        let mut points = line.points.clone();
+        if let [first, .., last] = points[..]
+            && last < first
+        {
+            points.reverse();
+        }
+        longest.push((level, points));
     }
+    // In sizes of a label from its middle.
+    let apart = |a: (f64, f64), b: (f64, f64)| ((a.0 - b.0).abs() / LABEL.0).max((a.1 - b.1).abs() / LABEL.1);
+    let of_contour = |point: &(f64, f64)| contours.iter().any(|contour| contour.points.contains(point));
+    let points = curves.iter().flat_map(Curve::points).filter(|point| !of_contour(point));
+    let others: Vec<(f64, f64)> = points.map(scaled).collect();
+    // How much a distance is below enough.
+    let lack = |distance: f64| (1.0 - distance.min(1.0)).powi(2);
+    let at = |k: usize, place: usize| {
+        let points = &longest[k].1;
+        points[place * (points.len() - 1) / PLACES]
+    };
+    // Labels keep clear of other lines and the edges and, less strictly, of the other contours.
+    let alone = |k: usize, place: usize| -> f64 {
+        let own = scaled(at(k, place));
+        let to_edges = (own.0.min(2.0 - own.0) / LABEL.0).min(own.1.min(1.0 - own.1) / LABEL.1);
+        let to_lines = others.iter().map(|other| apart(*other, own)).fold(1.0, f64::min);
+        let siblings = longest.iter().enumerate().filter(|(other, _)| *other != k);
+        let siblings = siblings.flat_map(|(_, (_, points))| points.iter().step_by(STEP));
+        let to_siblings = siblings.map(|point| apart(scaled(*point), own)).fold(1.0, f64::min);
+        4.0 * lack(2.0 * to_edges) + 4.0 * lack(1.4 * to_lines) + 0.3 * lack(to_siblings)
+    };
+    // The best places of labels 0 to k, one after the other along the lines, for each place of the last one.
+    let ordered = |rising: bool| -> (f64, Vec<usize>) {
+        let mut best: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new()); PLACES + 1];
+        for k in 0..longest.len() {
+            let next = |place: usize| {
+                let before = best.iter().filter_map(|(cost, places)| {
+                    let Some(&last) = places.last() else {
+                        return Some((*cost, places));
+                    };
+                    let in_order = if rising { last <= place } else { last >= place };
+                    let to_last = apart(scaled(at(k - 1, last)), scaled(at(k, place)));
+                    in_order.then(|| (cost + 4.0 * lack(to_last), places))
+                });
+                let (cost, places) = before.min_by(|a, b| a.0.total_cmp(&b.0))?;
+                let places = places.iter().copied().chain([place]).collect();
+                Some((cost + alone(k, place), places))
+            };
+            best = (0..=PLACES).filter_map(next).collect();
+        }
+        let least = best.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        least.unwrap_or_default()
+    };
+    let (falling, rising) = (ordered(false), ordered(true));
+    let (_, places) = if rising.0 < falling.0 { rising } else { falling };
+    let labels = places.into_iter().enumerate();
     labels
+        .map(|(k, place)| (at(k, place), longest[k].0.to_string()))
+        .collect()
 }
 
 /// A number, with a power of ten in typographic form below 10⁻³.

@@ -1,6 +1,6 @@
 //! Layout and drawing of figures.
 
-use super::drawing::{Drawing, Sheet, draw_cell, draw_piece, stroke};
+use super::drawing::{Drawing, Sheet, draw_cell, draw_line, draw_piece, stroke};
 use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
 use super::labels::marks;
 use super::scale::Scale;
@@ -23,13 +23,17 @@ use stickslip_system::record::EventKind;
 const MARGIN: f64 = 150.0;
 /// Largest width of a figure with square panels, drawing units.
 const WIDEST_SQUARE: f64 = 11_000.0;
-/// Widths in drawing units: line sample of a legend, gap to its text, gap to the next entry.
-const SWATCH: f64 = 380.0;
+/// Widths in drawing units: samples of lines and areas in a legend, those of marks and events, gap to the text, gap to
+/// the next entry.
+const SWATCH: f64 = 330.0;
+const NARROW_SWATCH: f64 = 130.0;
 const SWATCH_GAP: f64 = 90.0;
 const ENTRY_GAP: f64 = 300.0;
 /// Height of a colour scale (title, bar and numbers), and of its bar alone.
 const BAR_HEIGHT: f64 = 2.9 * LINE_HEIGHT;
 const BAR: f64 = 0.6 * LINE_HEIGHT;
+/// Length of a tick without label.
+const MINOR_TICK: i32 = 30;
 const COLORS: usize = 256;
 const AREA_OPACITY: f64 = 0.35;
 /// Overlap of cells (drawing units), so that the background is not visible between them, even with large pixels.
@@ -42,11 +46,21 @@ type Ground<'a> = Sheet<'a, Shift>;
 type Axes = Cartesian2d<RangedCoordf64, RangedCoordf64>;
 type Plane<'a> = Sheet<'a, Axes>;
 
+impl Swatch {
+    fn width(&self) -> f64 {
+        match self {
+            Swatch::Curve(_, style) if !style.is_line() => NARROW_SWATCH,
+            Swatch::Event(_) => NARROW_SWATCH,
+            _ => SWATCH,
+        }
+    }
+}
+
 #[derive(Clone, PartialEq)]
 enum Swatch {
     Curve(RGBColor, CurveStyle),
     Ground(RGBColor, f64),
-    Event(RGBColor),
+    Event(EventKind),
     Cell(Cell),
 }
 
@@ -277,13 +291,22 @@ fn legend(measured: &[MeasuredText]) -> Vec<(String, Swatch)> {
     for m in measured {
         for &(_, _, mode) in &m.panel.modes {
             let (color, opacity) = ground(mode);
-            add(mode.name(), Swatch::Ground(color, opacity));
+            add(&owned(&m.panel.shown_of, mode.name()), Swatch::Ground(color, opacity));
         }
         for &(_, kind) in &m.marks {
-            add(&event_name(kind, m.panel.driven_by), Swatch::Event(of_event(kind)));
+            let name = event_name(kind, m.panel.driven_by);
+            add(&owned(&m.panel.shown_of, &name), Swatch::Event(kind));
         }
     }
     entries
+}
+
+/// The name of a mode or an event, after that of its run.
+fn owned(run: &str, name: &str) -> String {
+    match run {
+        "" => name.to_owned(),
+        run => format!("{run}: {name}"),
+    }
 }
 
 /// Stick and slip are names of modes, too. The events are their beginnings.
@@ -297,15 +320,15 @@ fn event_name(kind: EventKind, driven_by: &str) -> Cow<'static, str> {
     }
 }
 
-fn entry_width(name: &str) -> f64 {
-    SWATCH + SWATCH_GAP + text_width(name, LABEL_SIZE) + ENTRY_GAP
+fn entry_width(name: &str, swatch: &Swatch) -> f64 {
+    swatch.width() + SWATCH_GAP + text_width(name, LABEL_SIZE) + ENTRY_GAP
 }
 
 fn legend_rows(entries: &[(String, Swatch)], width: f64) -> Vec<Vec<(f64, String, Swatch)>> {
     let mut rows: Vec<Vec<(f64, String, Swatch)>> = Vec::new();
     let mut x = 0.0;
     for (name, swatch) in entries {
-        let needed = entry_width(name);
+        let needed = entry_width(name, swatch);
         if rows.is_empty() || x + needed - ENTRY_GAP > width {
             rows.push(Vec::new());
             x = 0.0;
@@ -330,8 +353,9 @@ fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(),
 fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(), Error> {
     let middle = (y + 0.4 * LABEL_SIZE).round() as i32;
     for (x, name, swatch) in row {
-        let (left, right) = (x.round() as i32, (x + SWATCH).round() as i32);
-        let center = (x + SWATCH / 2.0).round() as i32;
+        let width = swatch.width();
+        let (left, right) = (x.round() as i32, (x + width).round() as i32);
+        let center = (x + width / 2.0).round() as i32;
         let corners = [(left, middle - 90), (right, middle + 90)];
         match *swatch {
             Swatch::Curve(color, style) if style.is_line() => {
@@ -345,16 +369,16 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
             }
             Swatch::Curve(color, _) => draw_piece(area, vec![(center, middle)], color, CurveStyle::Points)?,
             Swatch::Ground(color, opacity) => area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))?,
-            Swatch::Event(color) => {
-                let line = [(center, middle - 110), (center, middle + 110)];
-                area.draw(&PathElement::new(line, stroke(color, THIN_STROKE + 4)))?;
+            Swatch::Event(kind) => {
+                let line = vec![(center, middle - 110), (center, middle + 110)];
+                draw_line(area, line, (of_event(kind), THIN_STROKE + 4), line_of_event(kind))?;
             }
             Swatch::Cell(cell) => {
                 draw_cell(area, cell, corners)?;
                 area.draw(&Rectangle::new(corners, stroke(GREY, THIN_STROKE)))?;
             }
         }
-        write(area, name, LABEL_SIZE, (x + SWATCH + SWATCH_GAP, y))?;
+        write(area, name, LABEL_SIZE, (x + width + SWATCH_GAP, y))?;
     }
     Ok(())
 }
@@ -374,7 +398,26 @@ fn draw_panel(area: &Ground, m: &MeasuredText, (left, right): (f64, f64)) -> Res
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     draw_ground(chart.plotting_area(), m)?;
     draw_mesh(&mut chart, m)?;
+    draw_minor_ticks(&own, chart.plotting_area(), m)?;
     draw_content(&own, chart.plotting_area(), m)
+}
+
+fn draw_minor_ticks(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
+    let (origin, corner) = (own.get_base_pixel(), (m.x.shown.0, m.y.shown.0));
+    let place = |x: f64, y: f64| {
+        let (x, y) = plane.map_coordinate(&(x, y));
+        (x - origin.0, y - origin.1)
+    };
+    let line = |from: (i32, i32), to: (i32, i32)| PathElement::new([from, to], stroke(BLACK, THIN_STROKE));
+    for x in m.x.minor_ticks() {
+        let (x, y) = place(x, corner.1);
+        own.draw(&line((x, y), (x, y + MINOR_TICK)))?;
+    }
+    for y in m.y.minor_ticks() {
+        let (x, y) = place(corner.0, y);
+        own.draw(&line((x, y), (x - MINOR_TICK, y)))?;
+    }
+    Ok(())
 }
 
 fn draw_ground(plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
@@ -397,10 +440,8 @@ fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Err
     }
     for &(at, kind) in &m.marks {
         let at = m.x.show(at);
-        plane.draw(&PathElement::new(
-            [(at, y.0), (at, y.1)],
-            stroke(of_event(kind), THIN_STROKE),
-        ))?;
+        let line = vec![(at, y.0), (at, y.1)];
+        draw_line(plane, line, (of_event(kind), THIN_STROKE + 2), line_of_event(kind))?;
     }
     for curve in &m.panel.curves {
         draw_curve(plane, m, curve)?;
@@ -422,7 +463,9 @@ fn draw_mesh(chart: &mut ChartContext<&mut Drawing, Axes>, m: &MeasuredText) -> 
     let (_, x_decimals) = m.x.ticks(m.x_ticks);
     let (_, y_decimals) = m.y.ticks(m.y_ticks);
     let label = text_style(LABEL_SIZE, Pos::default());
-    let grid: RGBAColor = GREY.mix(0.3);
+    // Grid lines would look out at the edges of a map.
+    let is_map = m.panel.map.as_ref().is_some_and(|map| !map.cells.is_empty());
+    let grid: RGBAColor = GREY.mix(if is_map { 0.0 } else { 0.3 });
     let x_title = if m.last {
         fitting_title(&m.x, &m.panel.x, m.width)
     } else {
@@ -512,6 +555,13 @@ fn draw_color_bar(area: &Ground, axis: &Axis, scale: &Scale, (left, right): (f64
     area.draw(&Rectangle::new(frame, stroke(BLACK, AXIS_STROKE)))?;
     let (ticks, decimals) = scale.ticks(fitting_ticks(scale, width, 10));
     let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Top));
+    for tick in scale.minor_ticks() {
+        let x = at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
+        area.draw(&PathElement::new(
+            [(x, bottom), (x, bottom + MINOR_TICK)],
+            stroke(BLACK, THIN_STROKE),
+        ))?;
+    }
     for tick in ticks {
         let x = at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
         let line = [(x, bottom), (x, bottom + TICK)];

@@ -7,7 +7,7 @@ use super::style::*;
 use super::text;
 use crate::Error;
 use plotters::coord::CoordTranslate;
-use plotters::element::DashedPathElement;
+use plotters::element::{Drawable, PointCollection};
 use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, WHITE};
 use plotters::style::{Color, RGBColor, ShapeStyle};
 use plotters_backend::text_anchor::{HPos, VPos};
@@ -46,6 +46,8 @@ pub struct DrawingElement {
     pub opacity: f64,
     /// Line width; `None` for a filled form.
     pub stroke: Option<u32>,
+    /// Lengths of a dash and of the gap after it; `None` for an unbroken line.
+    pub dash: Option<[u32; 2]>,
 }
 
 /// Form of an element.
@@ -130,6 +132,24 @@ impl Text {
     }
 }
 
+impl Drawing {
+    /// The same for a dark page: in lighter colours, and transparent where it is white.
+    pub fn on_dark(mut self) -> Drawing {
+        let (width, height) = self.size;
+        let whole = |form: &ElementForm| match form {
+            ElementForm::Rectangle([(0, 0), (right, bottom)]) => {
+                (*right, *bottom) >= (width as i32 - 1, height as i32 - 1)
+            }
+            _ => false,
+        };
+        self.elements.retain(|element| !whole(&element.form));
+        for element in &mut self.elements {
+            element.color = on_dark(element.color);
+        }
+        self
+    }
+}
+
 type DrawnElement = Result<(), DrawingErrorKind<Infallible>>;
 
 impl Drawing {
@@ -141,6 +161,7 @@ impl Drawing {
                 color: [red, green, blue],
                 opacity: color.alpha,
                 stroke,
+                dash: None,
             });
         }
         Ok(())
@@ -243,18 +264,72 @@ pub(super) fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
     Color::stroke_width(&color, width)
 }
 
+/// A dashed line. It is one element, however many dashes it has.
+struct DashedLine<P> {
+    points: Vec<P>,
+    color: RGBColor,
+    width: u32,
+    dash: [u32; 2],
+}
+
+impl<'p, P> PointCollection<'p, P> for &'p DashedLine<P> {
+    type Point = &'p P;
+    type IntoIter = &'p [P];
+
+    fn point_iter(self) -> &'p [P] {
+        &self.points
+    }
+}
+
+impl<P> Drawable<&mut Drawing> for DashedLine<P> {
+    fn draw<I: Iterator<Item = BackendCoord>>(
+        &self,
+        points: I,
+        drawing: &mut &mut Drawing,
+        _: (u32, u32),
+    ) -> DrawnElement {
+        let points = points.collect();
+        drawing.add(
+            ElementForm::Polyline(points),
+            self.color.to_backend_color(),
+            Some(self.width),
+        )?;
+        if let Some(line) = drawing.elements.last_mut() {
+            line.dash = Some(self.dash);
+        }
+        Ok(())
+    }
+}
+
+/// Draws a line with this style and width. Styles of points are drawn as unbroken lines.
+pub(super) fn draw_line<C: CoordTranslate<From: Clone + 'static>>(
+    area: &Sheet<C>,
+    points: Vec<C::From>,
+    (color, width): (RGBColor, u32),
+    style: CurveStyle,
+) -> Result<(), Error> {
+    match style.dash() {
+        Some(dash) => Ok(area.draw(&DashedLine {
+            points,
+            color,
+            width,
+            dash,
+        })?),
+        None => Ok(area.draw(&PathElement::new(points, stroke(color, width)))?),
+    }
+}
+
 pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
     area: &Sheet<C>,
     points: Vec<C::From>,
     color: RGBColor,
     style: CurveStyle,
 ) -> Result<(), Error> {
-    let line = stroke(color, CURVE_STROKE);
     let (radius, circle) = match style {
-        CurveStyle::Solid => return Ok(area.draw(&PathElement::new(points, line))?),
-        CurveStyle::Thin => return Ok(area.draw(&PathElement::new(points, stroke(color, CURVE_STROKE / 2)))?),
-        CurveStyle::Dashed => return Ok(area.draw(&DashedPathElement::new(points, 90, 60, line))?),
-        CurveStyle::Dotted => return Ok(area.draw(&DashedPathElement::new(points, 24, 56, line))?),
+        CurveStyle::Solid | CurveStyle::Dashed | CurveStyle::Dotted => {
+            return draw_line(area, points, (color, CURVE_STROKE), style);
+        }
+        CurveStyle::Thin => return draw_line(area, points, (color, CURVE_STROKE / 2), style),
         CurveStyle::Marks(shape) => {
             return points
                 .into_iter()

@@ -62,7 +62,7 @@ pub struct CatalogueEntry {
 
 type FigurePanels = &'static [&'static [&'static str]];
 
-type FigureView = fn(&Subject) -> View;
+pub(super) type FigureView = fn(&Subject) -> View;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) enum FigureForm {
@@ -177,6 +177,25 @@ impl<'a> Subject<'a> {
             return Ok(window);
         }
         Err(too_sparse((from, to), period).into())
+    }
+}
+
+impl Subject<'_> {
+    /// The window of each run, each from its own events; `None` for a later run without one. Fails if the first has none.
+    pub(super) fn windows(
+        &self,
+        window: impl Fn(&Subject) -> Result<(f64, f64), Undrawn>,
+    ) -> Result<Vec<Option<(f64, f64)>>, Undrawn> {
+        let mut windows = vec![Some(window(self)?)];
+        for run in self.runs.iter().skip(1) {
+            let own = Subject::new(std::slice::from_ref(run));
+            windows.push(match own.as_ref().map(&window) {
+                Some(Err(Undrawn::Failed(error))) => return Err(error.into()),
+                Some(Ok(window)) => Some(window),
+                _ => None,
+            });
+        }
+        Ok(windows)
     }
 }
 

@@ -33,6 +33,8 @@ pub struct Panel {
     pub events: Vec<(f64, EventKind)>,
     /// Name of the signal whose corners are among the events.
     pub driven_by: &'static str,
+    /// The run whose modes and events are shown, if there are several; else empty.
+    pub shown_of: String,
     /// Whether the height equals the width, as in a phase portrait.
     pub square: bool,
     /// Caption above the panel, which distinguishes panels that differ in a value; may be empty.
@@ -163,6 +165,9 @@ pub struct MarkShape {
     pub(super) cross: bool,
 }
 
+/// A triangle on its tip, at the floor of a logarithmic axis: the value is below.
+pub(super) const TIP_DOWN: MarkShape = MarkShape::open(&[(0, 12), (11, -8), (-11, -8)]);
+
 impl MarkShape {
     pub(super) const fn open(corners: &'static [(i8, i8)]) -> MarkShape {
         MarkShape {
@@ -196,6 +201,15 @@ impl CurveStyle {
             CurveStyle::Dotted => "dotted",
             CurveStyle::Points | CurveStyle::Dots | CurveStyle::Marks(_) => "points",
             CurveStyle::OpenPoints => "open",
+        }
+    }
+
+    /// Lengths of a dash and a gap, drawing units; `None` for unbroken lines and for points.
+    pub(super) fn dash(self) -> Option<[u32; 2]> {
+        match self {
+            CurveStyle::Dashed => Some([90, 60]),
+            CurveStyle::Dotted => Some([24, 56]),
+            _ => None,
         }
     }
 
@@ -307,6 +321,7 @@ impl Panel {
             modes: Vec::new(),
             events: Vec::new(),
             driven_by: "F(t)",
+            shown_of: String::new(),
             square: false,
             caption: String::new(),
             areas: Vec::new(),

@@ -13,7 +13,7 @@ use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Filter, Pdf, Rect, Ref, TextStr};
 use plotters_backend::BackendCoord;
 use std::io::Write as _;
-use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathSegment, Pixmap, Point, Stroke, Transform};
+use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathSegment, Pixmap, Point, Stroke, StrokeDash, Transform};
 
 impl Drawing {
     /// The SVG document, with its physical size, and a description for blind readers.
@@ -46,12 +46,15 @@ fn written(element: &DrawingElement) -> String {
         None => (&*color, "none"),
     };
     let width = element.stroke.unwrap_or(1);
+    let dash = element
+        .dash
+        .map_or_else(String::new, |[dash, gap]| format!(" stroke-dasharray=\"{dash} {gap}\""));
     match &element.form {
         ElementForm::Line([(x1, y1), (x2, y2)]) => format!(
             "<line opacity=\"{opacity}\" stroke=\"{stroke}\" stroke-width=\"{width}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>\n"
         ),
         ElementForm::Polyline(points) => format!(
-            "<polyline fill=\"{fill}\" opacity=\"{opacity}\" stroke=\"{stroke}\" stroke-width=\"{width}\" points=\"{}\"/>\n",
+            "<polyline fill=\"{fill}\" opacity=\"{opacity}\" stroke=\"{stroke}\" stroke-width=\"{width}\"{dash} points=\"{}\"/>\n",
             listed(points)
         ),
         ElementForm::Polygon(corners) => format!(
@@ -126,8 +129,14 @@ impl Drawing {
             if let Some(width) = element.stroke {
                 page.set_stroke_rgb(red, green, blue);
                 page.set_line_width(self.points(width as f32));
+                if let Some(dash) = element.dash {
+                    page.set_dash_pattern(dash.map(|length| self.points(length as f32)), 0.0);
+                }
                 self.trace(&mut page, &outline);
                 page.stroke();
+                if element.dash.is_some() {
+                    page.set_dash_pattern([], 0.0);
+                }
             } else {
                 page.set_fill_rgb(red, green, blue);
                 self.trace(&mut page, &outline);
@@ -223,6 +232,9 @@ impl Drawing {
                     let stroke = Stroke {
                         width: width as f32,
                         line_join: LineJoin::Round,
+                        dash: element
+                            .dash
+                            .and_then(|lengths| StrokeDash::new(lengths.map(|length| length as f32).to_vec(), 0.0)),
                         ..Stroke::default()
                     };
                     pixels.stroke_path(&outline, &paint, &stroke, scaled, None);

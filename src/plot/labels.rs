@@ -62,7 +62,7 @@ pub fn common(axes: &[Axis]) -> Axis {
 
 /// Least distance between lines of one family, drawing units. If the closer half of the gaps is narrower, the lines
 /// would hide the curve, and only the background shows the modes.
-const CLOSEST: f64 = 60.0;
+const CLOSEST: f64 = 150.0;
 /// Least distance between lines of different families, drawing units.
 const APART: f64 = 40.0;
 

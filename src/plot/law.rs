@@ -3,7 +3,7 @@
 use super::entry::{CatalogueEntry, Drawn, Subject};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::run::DrawnRun;
-use super::style::{BLACK, BLUE, GREY, VERMILLION, line_color};
+use super::style::{BLACK, BLUE, GREY, VERMILLION, of_run};
 use std::f64::consts::FRAC_2_PI;
 use stickslip_analysis::analysis::stability::Modes;
 use stickslip_analysis::analysis::stability::modes::{EffectiveDamping, SlowingModes};
@@ -60,7 +60,8 @@ pub(super) fn friction_law(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
         speeds.sort_by(f64::total_cmp);
         let curve = |law: &FrictionLaw, label: &str| {
             let points = speeds.iter().map(|&x| (x, coefficient(&run.system, law, x))).collect();
-            Curve::line(label, line_color(number), points)
+            let (color, style) = of_run(number);
+            Curve::line(label, color, points).styled(if several { style } else { CurveStyle::Solid })
         };
         let backward = run.system.law.backward();
         let label = match (several, backward.is_some()) {
@@ -75,7 +76,11 @@ pub(super) fn friction_law(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
             } else {
                 "backward".to_owned()
             };
-            curves.push(curve(&backward.law, &label).styled(CurveStyle::Dashed));
+            curves.push(curve(&backward.law, &label).styled(if several {
+                CurveStyle::Dotted
+            } else {
+                CurveStyle::Dashed
+            }));
         }
     }
     let most = |curve: &Curve| curve.points().map(|point| point.1).fold(0.0, f64::max);

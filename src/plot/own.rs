@@ -3,7 +3,7 @@
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
 use super::run::{DrawnRun, Undersampled};
-use super::style::{BLACK, line_color, of_mode};
+use super::style::{BLACK, line_color, of_mode, of_run};
 use crate::Error;
 use stickslip_system::model::Mode;
 
@@ -26,7 +26,8 @@ pub(crate) fn time_axis(window: (f64, f64)) -> Axis {
     Axis::new("time", "s").ranging(window.0, window.1)
 }
 
-/// Draws channels of all runs over time, grouped into panels. Modes and events are those of the first run.
+/// Draws channels of all runs over time, grouped into panels. Of several runs, each channel has its own panel, and a
+/// colour and line style is a run. Modes and events are those of the first run; the legend says so.
 pub(crate) fn over_time(
     runs: &[DrawnRun],
     name: &str,
@@ -34,6 +35,9 @@ pub(crate) fn over_time(
     panels: &[&[&str]],
     window: (f64, f64),
 ) -> Result<Figure, Error> {
+    let several = runs.len() > 1;
+    let single: Vec<&[&str]> = panels.iter().flat_map(|channels| channels.chunks(1)).collect();
+    let panels = if several { &single[..] } else { panels };
     let mut drawn = Vec::with_capacity(panels.len());
     let mut first_color = 0;
     let undersampled = undersampled(runs, window)?;
@@ -44,19 +48,22 @@ pub(crate) fn over_time(
         for (number, run) in runs.iter().enumerate() {
             for (k, (channel, points)) in channels.iter().zip(run.curves(channels, window)?).enumerate() {
                 let axis = run.axis(channel)?;
-                let label = match (runs.len(), channels.len()) {
-                    (1, 1) => String::new(),
-                    (1, _) => axis.label(),
-                    (_, 1) => run.label(),
-                    _ => format!("{}: {}", run.label(), axis.short()),
+                let label = match channels.len() {
+                    _ if several => run.label(),
+                    1 => String::new(),
+                    _ => axis.label(),
                 };
-                let color = line_color(first_color + number * channels.len() + k);
-                let style = style_of(number);
+                // Two channels may coincide, such as surfaces that stick together.
+                let (color, style) = match (several, channels.len()) {
+                    (true, _) => of_run(number),
+                    (false, 2) => (line_color(first_color + k), of_run(k).1),
+                    (false, _) => (line_color(first_color + k), CurveStyle::Solid),
+                };
                 let (pieces, broken) = split(points, &undersampled[number].seen(window));
                 curves.push(Curve::pieces(&label, color, pieces).styled(style));
                 if !broken.is_empty() {
                     let label = if named { "" } else { UNDERSAMPLED };
-                    curves.push(Curve::pieces(label, color, broken).styled(CurveStyle::Dashed));
+                    curves.push(Curve::pieces(label, color, broken).styled(CurveStyle::Dotted));
                     named = true;
                 }
                 if number == 0 {
@@ -64,13 +71,18 @@ pub(crate) fn over_time(
                 }
             }
         }
-        if runs.len() == 1 && panels.len() > 1 {
+        if !several && panels.len() > 1 {
             first_color += channels.len();
         }
         let mut panel = Panel::new(time_axis(window), labels::common(&axes), curves);
         if let Some(run) = runs.first() {
             panel.modes = run.ground(window);
             panel.events = run.marks(window);
+            if several {
+                // The edges of the background show them.
+                panel.events.retain(|(_, kind)| !kind.in_event_sequence());
+                panel.shown_of = run.label();
+            }
             if run.has_drive() {
                 panel.driven_by = "a signal";
             }
@@ -135,38 +147,47 @@ pub fn channels(runs: &[DrawnRun], title: &str, channels: &[&str], window: (f64,
     over_time(runs, &channels.join("-"), title, &panels, window)
 }
 
-/// Candidates are thin, so that the reference remains visible.
-fn style_of(run: usize) -> CurveStyle {
-    if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
-}
-
-/// Draws one channel against another in a time window, with its start. The colour is the mode's or, for several runs,
-/// the run's.
+/// Draws one channel against another in a time window, with the start of a single run. The colour is the mode's or,
+/// for several runs, the run's.
 pub fn phase(
     runs: &[DrawnRun],
     name: &str,
     title: &str,
-    (x, y): (&str, &str),
+    axes: (&str, &str),
     window: (f64, f64),
 ) -> Result<Figure, Error> {
+    phase_of_each(runs, name, title, axes, &vec![Some(window); runs.len()])
+}
+
+/// The same with a time window for each run. The title names runs without one.
+pub(crate) fn phase_of_each(
+    runs: &[DrawnRun],
+    name: &str,
+    title: &str,
+    (x, y): (&str, &str),
+    windows: &[Option<(f64, f64)>],
+) -> Result<Figure, Error> {
     let mut curves = Vec::new();
-    for (number, run) in runs.iter().enumerate() {
+    let mut gaps = Vec::new();
+    for (number, (run, window)) in runs.iter().zip(windows).enumerate() {
+        let Some(window) = *window else { continue };
         for (mode, pieces) in run.portrait(x, y, window)? {
-            let (label, color) = match runs.len() {
-                1 => (mode.name().to_owned(), of_mode(mode)),
-                _ => (run.label(), line_color(number)),
+            let (label, (color, style)) = match runs.len() {
+                1 => (mode.name().to_owned(), (of_mode(mode), CurveStyle::Solid)),
+                _ => (run.label(), of_run(number)),
             };
-            curves.push(Curve::pieces(&label, color, pieces).styled(style_of(number)));
+            curves.push(Curve::pieces(&label, color, pieces).styled(style));
         }
+        gaps.push(run.undersampled(window)?);
     }
-    if let [run] = runs {
+    if let ([run], [Some(window)]) = (runs, windows) {
         // A single mode need not be named.
         if let [curve] = &mut curves[..]
             && curve.label == Mode::SlipForward.name()
         {
             curve.label.clear();
         }
-        let start = Curve::line("start", BLACK, vec![run.start(x, y, window)?]);
+        let start = Curve::line("start", BLACK, vec![run.start(x, y, *window)?]);
         curves.push(start.styled(CurveStyle::Points));
     }
     let axis = |channel: &str| {
@@ -177,6 +198,11 @@ pub fn phase(
         square: true,
         ..Panel::new(axis(x)?, axis(y)?, curves)
     };
-    let undersampled = undersampled(runs, window)?;
-    Ok(Figure::new(name, with_gaps(title, &undersampled), vec![panel]))
+    let without = runs.iter().zip(windows).filter(|(_, window)| window.is_none());
+    let without: Vec<String> = without.map(|(run, _)| run.label()).collect();
+    let title = match &without[..] {
+        [] => title.to_owned(),
+        labels => format!("{title}; not in {}", labels.join(", ")),
+    };
+    Ok(Figure::new(name, with_gaps(&title, &gaps), vec![panel]))
 }

@@ -1,7 +1,7 @@
 //! Phase portraits in windows that follow from events, and the amplitudes of spirals.
 
-use super::entry::{CatalogueEntry, Drawn, FigureForm, PORTRAIT, Subject, entry, too_sparse};
-use super::own::phase;
+use super::entry::{CatalogueEntry, Drawn, FigureForm, PORTRAIT, Subject, Undrawn, entry, too_sparse};
+use super::own::phase_of_each;
 use super::run::{DrawnRun, SAMPLES_PER_PERIOD};
 use crate::Error;
 use stickslip_analysis::analysis::stability::Modes;
@@ -21,9 +21,14 @@ pub fn turn_amplitudes(run: &DrawnRun, channel: &str, window: (f64, f64)) -> Res
 }
 
 /// A portrait of a spiral. The title of a single run says whether the spiral converges.
-pub(super) fn spiral(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Drawn {
-    let factor = match subject.runs {
-        [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
+pub(super) fn spiral(
+    entry: &CatalogueEntry,
+    subject: &Subject,
+    axes: (&str, &str),
+    windows: &[Option<(f64, f64)>],
+) -> Drawn {
+    let factor = match (subject.runs, windows) {
+        ([run], [Some(window)]) => factor_per_turn(&turn_amplitudes(run, axes.1, *window)?),
         _ => None,
     };
     let title = match factor {
@@ -31,12 +36,16 @@ pub(super) fn spiral(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &st
         Some(factor) => format!("{}: converges, ×{factor:.3} per turn", entry.title),
         None => entry.title.to_owned(),
     };
-    Ok(phase(subject.runs, entry.name, &title, axes, window)?)
+    Ok(phase_of_each(subject.runs, entry.name, &title, axes, windows)?)
 }
 
 /// Portrait of at least two turns of the last stick, as long as the samples resolve the rotor's swing on both
 /// springs. This swing is about twenty times slower than the surfaces' own mode, and decays as slowly.
 pub(super) fn final_stick(entry: &CatalogueEntry, subject: &Subject, axes: (&str, &str)) -> Drawn {
+    spiral(entry, subject, axes, &subject.windows(swings)?)
+}
+
+fn swings(subject: &Subject) -> Result<(f64, f64), Undrawn> {
     let start = subject.final_stick.ok_or("the run does not end in a stick")?;
     let states = Modes::linear(&subject.run.system).states;
     let in_stick = states.iter().filter(|state| state.state == "stick");
@@ -45,7 +54,7 @@ pub(super) fn final_stick(entry: &CatalogueEntry, subject: &Subject, axes: (&str
     let slow = slowest.ok_or("the rotor does not swing: it is overdamped")?;
     let window = (start, start + SWINGS / slow);
     match subject.run.dense_until(window, 1.0 / (slow * SAMPLES_PER_PERIOD))? {
-        Some(end) if end - start > 2.0 / slow => spiral(entry, subject, axes, (start, end)),
+        Some(end) if end - start > 2.0 / slow => Ok((start, end)),
         _ => Err(too_sparse(window, 1.0 / slow).into()),
     }
 }
@@ -80,7 +89,8 @@ fn portrait(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     if let Some(few) = few_samples(subject.run, window)? {
         title = format!("{title}; {few}");
     }
-    Ok(phase(subject.runs, entry.name, &title, axes, window)?)
+    let windows: Vec<Option<(f64, f64)>> = subject.runs.iter().map(|run| Some(shown(run).window)).collect();
+    Ok(phase_of_each(subject.runs, entry.name, &title, axes, &windows)?)
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

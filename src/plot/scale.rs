@@ -6,6 +6,12 @@ use plotters::coord::types::RangedCoordf64;
 /// Largest ratio of the range to the values for which an offset is shown. In a wider range five digits suffice.
 const OFFSET_SHARE: f64 = 1.5e-3;
 
+/// Most powers of ten between which there are ticks.
+const MOST_POWERS: f64 = 5.0;
+
+/// Largest offset that is written in the shown unit; beyond it has its own prefix.
+const MOST_OFFSET: f64 = 1e6;
+
 /// SI prefixes for powers of a thousand, from -5.
 const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
 
@@ -20,7 +26,7 @@ pub struct Scale {
     pub shown: (f64, f64),
     /// Unit in brackets; empty for a pure number.
     pub unit: String,
-    /// Offset in words, " − 6.97 s" or " + 40.2 µm"; empty without an offset.
+    /// Offset in words, " − 6.97 s" or, in the shown unit, " + 40200"; empty without an offset.
     pub off: String,
     /// Whether the shown values are decimal logarithms.
     pub logarithmic: bool,
@@ -44,28 +50,28 @@ impl Scale {
     }
 
     /// A linear scale for values from `low` to `high`, in a unit of UDUNITS.
-    pub fn new((low, high): (f64, f64), unit: &str) -> Scale {
+    pub fn new((low, high): (f64, f64), unit_given: &str) -> Scale {
         let (low, high) = widened(low, high);
         let (span, size) = (high - low, low.abs().max(high.abs()));
-        let base = human_unit(unit);
-        let (offset, off) = if span < OFFSET_SHARE * size {
+        let base = human_unit(unit_given);
+        let (offset, grid) = if span < OFFSET_SHARE * size {
             let grid = 10f64.powi(span.log10().floor() as i32);
             // A rounder value inside the range is a better offset, such as 1 s for the corner of a ramp.
             let coarse = 10.0 * grid;
             let rounder = (low / coarse).ceil() * coarse;
             if rounder <= high {
-                (rounder, offset_text(rounder, coarse, &base))
+                (rounder, coarse)
             } else {
-                let offset = (low / grid).floor() * grid;
-                (offset, offset_text(offset, grid, &base))
+                ((low / grid).floor() * grid, grid)
             }
         } else {
-            (0.0, String::new())
+            (0.0, 1.0)
         };
         let size = (low - offset).abs().max((high - offset).abs());
         let power = (size.log10() / 3.0 + 1e-9).floor() as i32;
         // Thousands of radians are easier to read than kiloradians.
         let up = matches!(base.chars().next(), Some('N' | 'J' | 'W'));
+        let apart = base.is_empty() || base == "s";
         let (power, unit) = if !base.is_empty() && (-5..=if up { 2 } else { 0 }).contains(&power) {
             (power, format!("{}{base}", PREFIXES[(power + 5) as usize]))
         } else if (1e-3..1e5).contains(&size) {
@@ -75,6 +81,12 @@ impl Scale {
             (power, unit.trim_end().to_owned())
         };
         let factor = 10f64.powi(-3 * power);
+        // Times are easier to find in seconds, and numbers as they are.
+        let off = match offset {
+            0.0 => String::new(),
+            _ if !apart && offset.abs() * factor < MOST_OFFSET => offset_text(offset * factor, grid * factor, ""),
+            _ => offset_text(offset, grid, &human_unit(unit_given)),
+        };
         Scale {
             offset,
             factor,
@@ -111,6 +123,18 @@ impl Scale {
         };
         let decimals = (0..12).find(|&d| whole(d)).unwrap_or(12);
         (ticks, decimals)
+    }
+
+    /// Places of 2 to 9 times each power of ten in the range, for ticks without labels; none on a linear axis or over
+    /// more than five powers.
+    pub fn minor_ticks(&self) -> Vec<f64> {
+        let (low, high) = self.shown;
+        if !self.logarithmic || high - low > MOST_POWERS {
+            return Vec::new();
+        }
+        let powers = low.floor() as i32..=high.floor() as i32;
+        let places = powers.flat_map(|power| (2..=9).map(move |digit| f64::from(power) + f64::from(digit).log10()));
+        places.filter(|place| (low..=high).contains(place)).collect()
     }
 
     /// The largest usable number of ticks up to `count`. On a logarithmic axis only whole powers are usable.

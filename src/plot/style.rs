@@ -1,6 +1,7 @@
 //! Colours and sizes.
 
-use plotters::style::RGBColor;
+use super::figure::CurveStyle;
+use plotters::style::{RGBColor, WHITE};
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
 
@@ -90,20 +91,35 @@ pub(crate) const OLIVE: RGBColor = RGBColor(105, 105, 0);
 
 /// Name of a colour in the style of pages, which have another shade of it on a dark ground; else its digits.
 pub(super) fn name(color: RGBColor) -> String {
-    let names = [
-        (BLACK, "black"),
-        (BLUE, "blue"),
-        (VERMILLION, "vermillion"),
-        (GREEN, "green"),
-        (ORANGE, "orange"),
-        (PURPLE, "purple"),
-        (SKY, "sky"),
-        (GREY, "grey"),
-        (WINE, "wine"),
-        (OLIVE, "olive"),
-    ];
-    let known = names.iter().find(|named| named.0 == color);
-    known.map_or_else(|| super::figure::hex(color), |named| named.1.to_owned())
+    let known = NAMED.iter().find(|named| named.1 == color);
+    known.map_or_else(|| super::figure::hex(color), |named| named.0.to_owned())
+}
+
+/// The colours of figures: name in the style of pages, colour on white, and colour on a dark ground.
+pub const NAMED: [(&str, RGBColor, RGBColor); 10] = [
+    ("black", BLACK, RGBColor(242, 240, 236)),
+    ("blue", BLUE, RGBColor(92, 184, 240)),
+    ("vermillion", VERMILLION, RGBColor(255, 138, 69)),
+    ("green", GREEN, RGBColor(53, 199, 156)),
+    ("orange", ORANGE, RGBColor(245, 188, 60)),
+    ("purple", PURPLE, RGBColor(232, 160, 200)),
+    ("sky", SKY, RGBColor(140, 208, 245)),
+    ("grey", GREY, RGBColor(165, 165, 165)),
+    ("wine", WINE, RGBColor(229, 139, 176)),
+    ("olive", OLIVE, RGBColor(194, 194, 74)),
+];
+
+/// The ground of dark pages, for the inside of open marks.
+const DARK_GROUND: RGBColor = RGBColor(13, 17, 23);
+
+/// The colour on a dark ground; others than those of figures remain.
+pub(super) fn on_dark([red, green, blue]: [u8; 3]) -> [u8; 3] {
+    let color = RGBColor(red, green, blue);
+    let known = NAMED.iter().find(|named| named.1 == color).map(|named| named.2);
+    let white = (color == WHITE).then_some(DARK_GROUND);
+    known
+        .or(white)
+        .map_or([red, green, blue], |RGBColor(r, g, b)| [r, g, b])
 }
 
 /// Curve colours that no mode's ground has.
@@ -129,6 +145,26 @@ pub fn of_mode(mode: Mode) -> RGBColor {
     }
 }
 
+/// Colour and line of a run among several. The first line is solid, and the others are dashed over it: where runs
+/// agree, both colours are visible.
+pub(crate) fn of_run(number: usize) -> (RGBColor, CurveStyle) {
+    let style = if number == 0 {
+        CurveStyle::Solid
+    } else {
+        CurveStyle::Dashed
+    };
+    (line_color(number), style)
+}
+
+/// Line of an event, which distinguishes kinds of similar colours.
+pub(crate) fn line_of_event(kind: EventKind) -> CurveStyle {
+    match kind {
+        EventKind::Corner => CurveStyle::Dotted,
+        EventKind::Destabilised | EventKind::Restabilised => CurveStyle::Dashed,
+        _ => CurveStyle::Solid,
+    }
+}
+
 pub(crate) fn of_event(kind: EventKind) -> RGBColor {
     match kind {
         EventKind::Stick => VERMILLION,
@@ -136,7 +172,7 @@ pub(crate) fn of_event(kind: EventKind) -> RGBColor {
         EventKind::Reversal => PURPLE,
         EventKind::Separation | EventKind::Contact | EventKind::Corner => GREY,
         EventKind::Kick => GREEN,
-        EventKind::Destabilised | EventKind::Restabilised => BLACK,
+        EventKind::Destabilised | EventKind::Restabilised => WINE,
     }
 }
 

@@ -112,14 +112,17 @@ fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     lines
 }
 
-/// A title in lines up to `width`. A long title is first broken after its colon.
+/// A title in lines up to `width`. A long title is first broken after its colon, if a line has room for that part.
 pub fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
     let lines = wrapped(title, size, width);
     match title.split_once(": ") {
         Some((head, tail)) if lines.len() > 1 => {
-            let mut lines = wrapped(&format!("{head}:"), size, width);
-            lines.extend(wrapped(tail, size, width));
-            lines
+            let mut broken = wrapped(&format!("{head}:"), size, width);
+            if broken.len() > 1 {
+                return lines;
+            }
+            broken.extend(wrapped(tail, size, width));
+            broken
         }
         _ => lines,
     }
@@ -203,6 +206,14 @@ fn plain(c: char) -> (Level, char) {
     index.or_else(exponent).unwrap_or((Level::Line, c))
 }
 
+/// The piece with no-break spaces in place of a blank at its beginning and end.
+fn at_edges(piece: &str) -> String {
+    let (before, after) = (piece.starts_with(' '), piece.len() > 1 && piece.ends_with(' '));
+    let blank = |there: bool| if there { "\u{a0}" } else { "" };
+    let inner = &piece[usize::from(before)..piece.len() - usize::from(after)];
+    format!("{}{inner}{}", blank(before), blank(after))
+}
+
 /// The content of an SVG text in this size.
 pub fn spans(text: &str, size: f64) -> String {
     let mut line = 0.0;
@@ -212,7 +223,8 @@ pub fn spans(text: &str, size: f64) -> String {
         // A shift applies to all following text.
         let shift = below - line;
         line = below;
-        let piece = escaped(&piece);
+        // Some programs drop a blank at the edge of a span.
+        let piece = escaped(&at_edges(&piece));
         if level == Level::Line && shift == 0.0 {
             content += &piece;
             continue;

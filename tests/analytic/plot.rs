@@ -172,6 +172,50 @@ mod colors {
     }
 }
 
+mod pages {
+    use plotters::style::RGBColor;
+    use stickslip::model::Mode;
+    use stickslip::plot::style::{NAMED, ground};
+
+    const LIGHT: &str = include_str!("../../data/page/light.css");
+    const DARK: &str = include_str!("../../data/page/dark.css");
+
+    /// Value of a variable of a style.
+    fn color(style: &str, name: &str) -> RGBColor {
+        let (_, rest) = style
+            .split_once(&format!("--{name}: #"))
+            .unwrap_or_else(|| panic!("{name}"));
+        let digit = |at: usize| u8::from_str_radix(&rest[at..at + 2], 16).unwrap();
+        RGBColor(digit(0), digit(2), digit(4))
+    }
+
+    /// A mode's ground over white, and every colour of a curve, is in pages what it is in figures. Grey is the ink of
+    /// texts there, too, and darker.
+    #[test]
+    fn property_pages_have_the_colours_of_figures() {
+        for (mode, name) in [
+            (Mode::SlipForward, "slip"),
+            (Mode::SlipBackward, "backward"),
+            (Mode::Stick, "stick"),
+            (Mode::Separated, "separated"),
+        ] {
+            let (RGBColor(r, g, b), opacity) = ground(mode);
+            let over_white = [r, g, b].map(|part| 255.0 - opacity * (255.0 - f64::from(part)));
+            let RGBColor(r, g, b) = color(LIGHT, name);
+            for (own, expected) in [r, g, b].into_iter().zip(over_white) {
+                assert!((f64::from(own) - expected).abs() <= 1.0, "{name}: {own} {expected}");
+            }
+        }
+        for (name, light, dark) in NAMED.into_iter().filter(|named| named.0 != "grey") {
+            assert_eq!((color(LIGHT, name), color(DARK, name)), (light, dark), "{name}");
+        }
+        assert_eq!(
+            color(DARK, "grey"),
+            NAMED.iter().find(|named| named.0 == "grey").unwrap().2
+        );
+    }
+}
+
 mod font {
     use stickslip::plot::text::{face, text_width, wrapped_title};
 
@@ -192,6 +236,13 @@ mod font {
         assert_eq!(wrapped_title(title, 1.0, 1.01 * width), [title]);
         let found = wrapped_title("no colon here", 1.0, text_width("no colon", 1.0));
         assert_eq!(found, ["no colon", "here"]);
+    }
+
+    /// If the part before the colon needs two lines, the rest follows it in the second.
+    #[test]
+    fn analytic_a_very_long_title_is_not_broken_after_its_colon() {
+        let found = wrapped_title("one two three four: five", 1.0, text_width("one two three", 1.0));
+        assert_eq!(found, ["one two three", "four: five"]);
     }
 
     #[test]
@@ -249,7 +300,7 @@ mod plot_marks {
         events.extend((0..200).map(|k| (6.95 + 1e-4 * f64::from(k), kinds[k as usize % 2])));
         let whole = marks(&events, |t| 700.0 * t);
         assert_eq!(whole, [(1.0, EventKind::Corner), (6.9, EventKind::Destabilised)]);
-        let close = marks(&events, |t| 1e6 * (t - 6.9));
+        let close = marks(&events, |t| 2e6 * (t - 6.9));
         assert_eq!(close.len(), events.len());
     }
 }
@@ -264,7 +315,12 @@ mod scale {
         let t = Scale::new((6.9748, 6.9768), "s");
         assert_eq!(t.title("time"), "time − 6.974 s (ms)");
         assert!((t.show(6.975) - 1.0).abs() < 1e-9);
-        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.2 µm (nm)");
+        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40200 (nm)");
+        // Too many digits in the shown unit.
+        assert_eq!(
+            Scale::new((345.90014, 345.90034), "rad").title("φ"),
+            "φ − 345.9001 rad (µrad)"
+        );
         // A corner at 1 s is drawn at 1 s, or at 0.
         assert_eq!(Scale::new((0.998, 1.009), "s").title("time"), "time (s)");
         assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (µs)");
@@ -295,6 +351,18 @@ mod scale {
             assert_eq!(decimals, 0);
         }
         assert_eq!(scale.label(-7.0, 0), "10⁻⁷");
+    }
+
+    /// log10 of 2 to 9, in each power; none on a linear axis, and none where they would stand too close.
+    #[test]
+    fn analytic_ticks_between_powers() {
+        let found = Scale::by_powers((1.0, 100.0), "1").minor_ticks();
+        let expected = [0.0, 1.0]
+            .into_iter()
+            .flat_map(|power| (2..10).map(move |k| power + f64::from(k).log10()));
+        assert_eq!(found, expected.collect::<Vec<f64>>());
+        assert!(Scale::by_powers((1e-9, 1.0), "1").minor_ticks().is_empty());
+        assert!(Scale::new((1.0, 100.0), "1").minor_ticks().is_empty());
     }
 
     #[test]
@@ -381,7 +449,7 @@ mod typeset {
 
     #[test]
     fn analytic_spans_return_to_the_line() {
-        let expected = "T<tspan dy=\"20.0\" font-size=\"72.0\">f</tspan><tspan dy=\"-20.0\"> &lt; 1 (N)</tspan>";
+        let expected = "T<tspan dy=\"20.0\" font-size=\"72.0\">f</tspan><tspan dy=\"-20.0\">\u{a0}&lt; 1 (N)</tspan>";
         assert_eq!(spans("T_f < 1 (N)", 100.0), expected);
     }
 }
@@ -391,8 +459,8 @@ mod work_precision {
 
     #[test]
     fn property_methods_have_colours_of_their_own() {
-        let colors: std::collections::HashSet<_> = (0..13).map(color).map(|c| (c.0, c.1, c.2)).collect();
-        assert_eq!(colors.len(), 13);
+        let colors: std::collections::HashSet<_> = (0..17).map(color).map(|c| (c.0, c.1, c.2)).collect();
+        assert_eq!(colors.len(), 17);
     }
 }
 
@@ -407,6 +475,11 @@ mod pdf {
             color,
             opacity,
             stroke,
+            dash: None,
+        };
+        let dashed = DrawingElement {
+            dash: Some([30, 20]),
+            ..element(ElementForm::Line([(0, 0), (2540, 0)]), [0, 0, 255], 1.0, Some(10))
         };
         let drawing = Drawing {
             name: String::new(),
@@ -417,12 +490,14 @@ mod pdf {
             elements: vec![
                 element(ElementForm::Rectangle([(0, 0), (254, 127)]), [255, 0, 0], 0.5, None),
                 element(ElementForm::Line([(0, 0), (2540, 1270)]), [0, 0, 255], 1.0, Some(10)),
+                dashed,
             ],
         };
         let page = String::from_utf8(drawing.page()).unwrap();
         assert_eq!(
             page,
-            "1 j\n1 0.5 0.5 rg\n0 360 m\n72 360 l\n72 324 l\n0 324 l\nh\nf\n0 0 1 RG\n2.835 w\n0 360 m\n720 0 l\nS"
+            "1 j\n1 0.5 0.5 rg\n0 360 m\n72 360 l\n72 324 l\n0 324 l\nh\nf\n0 0 1 RG\n2.835 w\n0 360 m\n720 0 l\nS\n0 0 1 RG\n2.835 w\n[8.504 5.669] 0 d\n0 360 m\n\
+             720 360 l\nS\n[] 0 d"
         );
         let pdf = drawing.pdf().unwrap();
         assert!(String::from_utf8_lossy(&pdf).contains("/MediaBox [0 0 720 360]"));

@@ -122,6 +122,51 @@ fn cli_a_diagram_is_chosen_by_its_quantity() {
     folder.refused("plot belt.h5 --channel theta", "no channels");
 }
 
+/// The runs of a sweep over the belt's speed go to the stable cycle: their points lie on its branch. The order of the files
+/// does not matter, and a sweep over another key is refused.
+#[test]
+fn cli_runs_of_a_sweep_lie_on_the_branches() {
+    let folder = with_branches();
+    let sweep = |key: &str, values: &str| {
+        format!("title = \"Runs\"\ncase = \"belt-exponential\"\n[[axis]]\nkey = \"{key}\"\nvalues = [{values}]\n")
+    };
+    folder.write("runs.toml", sweep("rotor.speed", "0.3, 0.35, 0.4"));
+    folder.ok("sweep runs.toml -q");
+    let file = folder.sweep_file("runs.h5");
+    let path = folder.path("belt.h5");
+    let figures = Branches::read(&path).unwrap().with_runs(&file).unwrap().all().unwrap();
+    for name in ["branches-amplitude", "branches-period"] {
+        let drawn = figures.iter().find(|figure| figure.name == name).unwrap();
+        let named = |label: &str| curves(drawn).iter().find(|curve| curve.label == label).unwrap();
+        let (runs, branch) = (named("runs of runs"), named("cycles, stable"));
+        assert_eq!(runs.points().count(), 3);
+        for (x, y) in runs.points() {
+            let between = branch
+                .pieces
+                .iter()
+                .flat_map(|piece| piece.windows(2))
+                .find_map(|pair| {
+                    let share = (x - pair[0].0) / (pair[1].0 - pair[0].0);
+                    (0.0..=1.0)
+                        .contains(&share)
+                        .then(|| pair[0].1 + share * (pair[1].1 - pair[0].1))
+                });
+            // A straight line between points of the branch.
+            let between = between.unwrap();
+            assert!((y / between - 1.0).abs() < 0.01, "{name} {x}: {y} {between}");
+        }
+    }
+    let drawn = folder.ok("plot runs.h5 belt.h5 --only branches-amplitude -o a.svg");
+    assert_eq!(drawn, "a.svg\n");
+    says(
+        &String::from_utf8_lossy(&folder.read("a.svg")),
+        "runs of runs & cycles, stable",
+    );
+    folder.write("other.toml", sweep("stator.damping.0", "1, 2"));
+    folder.ok("sweep other.toml -q");
+    folder.refused("plot belt.h5 other.h5", "no axis rotor.speed & stator.damping.0");
+}
+
 /// The growth rate of steady sliding is half of the missing damping divided by the mass of 1 kg: (alpha (mu_s - mu_d)
 /// F_n exp(-alpha v) - c)/2.
 #[test]

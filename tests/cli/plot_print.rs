@@ -213,6 +213,14 @@ fn cli_a_comparison_is_something_to_look_at() {
     folder.ok(&[&channel[..], &["-o", "own.svg"]].concat());
     let own = text_of(&folder, "own.svg");
     says(&own, &[">\nmine\n<", "|error| at the same time"]);
+    // The candidate is dashed over the reference: both colours are seen where both agree.
+    let dashed = own
+        .lines()
+        .filter(|line| line.starts_with("<polyline") && line.contains("stroke-dasharray"));
+    assert!(
+        dashed.clone().count() > 0 && dashed.clone().all(|line| line.contains("#D55E00")),
+        "{own}"
+    );
     let lacking = ["plot", "paper.h5", "--candidate", "mine.csv", "--channel", "z"];
     folder.refused(&lacking, &["mine.csv", "relative_velocity"]);
     // A table of events has no curve.

@@ -48,7 +48,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     let picture = std::fs::read_to_string(folder.path("pictures/work-precision.svg")).unwrap();
     says(
         &picture,
-        "erk-verner-76 & uncertainty of the reference & calls of the right-hand side & fixed steps",
+        "erk-verner-76 & uncertainty of reference & calls of the right-hand side & fixed steps",
     );
     assert!(folder.read("pictures/work-precision.png").starts_with(b"\x89PNG"));
 

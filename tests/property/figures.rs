@@ -9,7 +9,7 @@ use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::{Cell, ColorKey, Map};
 use stickslip::plot::studies::{self, Choice};
 use stickslip::plot::thinning::{DecimatedPortrait, MinMax};
-use stickslip::plot::{self, Axis, Curve, Drawing, DrawnRun, ElementForm, Figure, Panel};
+use stickslip::plot::{self, Axis, Curve, CurveStyle, Drawing, DrawnRun, ElementForm, Figure, Panel};
 use tiny_skia::Rect;
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
@@ -131,13 +131,15 @@ fn assert_readable(figure: &Figure, width: f64) {
     }
 }
 
+/// Samples of a brake with which every figure of the catalogue is drawn.
+const WINDOWS: &str = "output.window=[{from=0.998,to=1.012,interval=2e-6},{from=6.96,to=6.992,interval=2.5e-6},\
+                       {from=6.992,to=7.3,interval=5e-5}]";
+
 /// Every figure of the catalogue at the width of a column and of a screen, for one run and two, as rendered.
 #[test]
 fn property_no_text_covers_another_or_the_data() {
     let folder = Folder::new();
-    let window = "output.window=[{from=0.998,to=1.012,interval=2e-6},{from=6.96,to=6.992,interval=2.5e-6},\
-                  {from=6.992,to=7.3,interval=5e-5}]";
-    folder.ok(&["run", "-q", "--set", window]);
+    folder.ok(&["run", "-q", "--set", WINDOWS]);
     folder.ok("run paper-si -q");
     let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| DrawnRun::open(&path).unwrap());
     for runs in [&runs[..1], &runs[..]] {
@@ -148,6 +150,74 @@ fn property_no_text_covers_another_or_the_data() {
                 assert_readable(&figure, width);
             }
         }
+    }
+}
+
+/// In every figure of two runs a colour is a run: each curve has the name and the colour of its own, and the line of the
+/// second is never solid. Shades and event lines are named after the first run. A portrait shows of each run what its
+/// own portrait shows.
+#[test]
+fn property_two_runs_are_told_apart() {
+    let folder = Folder::new();
+    folder.ok(&["run", "-q", "--set", WINDOWS]);
+    folder.ok(&["run", "paper-si", "-q", "--set", WINDOWS]);
+    let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| DrawnRun::open(&path).unwrap());
+    let subject = Subject::new(&runs).unwrap();
+    let mut portraits = 0;
+    for entry in ENTRIES {
+        let figure = entry.build(&subject).unwrap().unwrap();
+        let mut colors = [None; 2];
+        for panel in &figure.panels {
+            assert!(panel.modes.is_empty() || panel.shown_of == "paper", "{}", figure.name);
+            let of_contact = panel.events.iter().any(|(_, kind)| kind.in_event_sequence());
+            assert!(!of_contact, "{}", figure.name);
+            for curve in &panel.curves {
+                let own = usize::from(curve.label.starts_with("paper-si"));
+                assert!(curve.label.starts_with("paper"), "{}: {}", figure.name, curve.label);
+                let known = *colors[own].get_or_insert(curve.color);
+                assert_eq!(known, curve.color, "{}: {}", figure.name, curve.label);
+                let solid = curve.style == CurveStyle::Solid;
+                assert!(!(own == 1 && solid), "{}: {}", figure.name, curve.label);
+            }
+        }
+        assert_ne!(colors[0], colors[1], "{}", figure.name);
+        if entry.name.starts_with("phase-") {
+            let alone = entry.build(&Subject::new(&runs[1..]).unwrap()).unwrap().unwrap();
+            let points = |figure: &Figure, label: Option<&str>| -> usize {
+                let curves = figure.panels[0].curves.iter();
+                let kept = curves.filter(|curve| label.map_or(curve.label != "start", |label| curve.label == label));
+                kept.flat_map(Curve::points).count()
+            };
+            assert_eq!(
+                points(&figure, Some("paper-si")),
+                points(&alone, None),
+                "{}",
+                figure.name
+            );
+            portraits += 1;
+        }
+    }
+    assert!(portraits >= 6, "{portraits}");
+}
+
+/// A figure for dark pages has no white and no black, and the same lines.
+#[test]
+fn property_a_dark_figure_is_the_same_in_other_colours() {
+    let line = vec![(0.0, 1.0), (1.0, 3.0)];
+    let axis = || Axis::new("x", "s");
+    let curve = Curve::line("line", stickslip::plot::style::BLUE, line);
+    let figure = Figure::new("one", "One", vec![Panel::new(axis(), axis(), vec![curve])]);
+    let light = plot::draw(&figure, 85.0).unwrap();
+    let dark = light.clone().on_dark();
+    assert_eq!(
+        light.elements.len(),
+        dark.elements.len() + 1,
+        "the white ground is left out"
+    );
+    for (one, other) in light.elements[1..].iter().zip(&dark.elements) {
+        assert_eq!(format!("{:?}", one.form), format!("{:?}", other.form));
+        assert!(![[0; 3], [255; 3]].contains(&other.color), "{:?}", other.form);
+        assert_ne!(one.color, other.color, "{:?}", one.form);
     }
 }
 

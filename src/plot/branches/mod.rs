@@ -1,10 +1,10 @@
 //! Figures of a continuation: a quantity along its branches, and special points in the plane of two parameters. `quantity`: the
 //! quantities of a point. `page`: the interactive page.
 
-use super::figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel, drawn};
+use super::figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel, TIP_DOWN, drawn};
 use super::studies::data::{drawn_axis, unknown};
-use super::studies::{StudyEntry, entry, refused, title};
-use super::style::{BLACK, BLUE, VERMILLION, line_color};
+use super::studies::{StudyColumn, StudyData, StudyEntry, entry, refused, title};
+use super::style::{BLACK, BLUE, ORANGE, VERMILLION, line_color};
 use crate::Error;
 use plotters::style::RGBColor;
 use quantity::{BranchQuantity, QUANTITIES, Value};
@@ -12,6 +12,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use stickslip_analysis::continuation::{Branch, BranchPoint, Special, Stored};
 use stickslip_analysis::cycle::{Border, CycleStability};
+use stickslip_files::StudyFile;
 
 pub mod page;
 pub mod quantity;
@@ -52,6 +53,27 @@ pub struct Branches<'a> {
     pub path: &'a Path,
     /// Its contents.
     pub stored: Stored,
+    /// Runs of a sweep over the same parameter.
+    runs: Option<SweptRuns>,
+}
+
+/// Runs of a sweep over the parameter of the branches.
+#[derive(Debug)]
+struct SweptRuns {
+    label: String,
+    data: StudyData,
+    axis: usize,
+}
+
+impl SweptRuns {
+    /// Values of the runs' motions where they repeat themselves, with those of the parameter; none for a quantity that
+    /// sweeps do not have.
+    fn points(&self, quantity: &BranchQuantity) -> Vec<(f64, f64)> {
+        let numbers = &self.data.axes[self.axis].values;
+        let columns = quantity.of_runs.iter().filter_map(|name| self.data.quantity(name).ok());
+        let points = columns.flat_map(|column| numbers.iter().copied().zip(column.values.iter().copied()));
+        points.filter(|point| point.1.is_finite()).collect()
+    }
 }
 
 impl<'a> Branches<'a> {
@@ -63,7 +85,30 @@ impl<'a> Branches<'a> {
         Ok(Branches {
             path,
             stored: Stored::read(path)?,
+            runs: None,
         })
+    }
+
+    /// With the motions of a sweep's runs, drawn as dots below the branches.
+    ///
+    /// # Errors
+    /// The sweep is unreadable, or has no axis with the parameter of the branches.
+    pub fn with_runs(self, sweep: &StudyFile) -> Result<Branches<'a>, Error> {
+        let data = StudyData::read(sweep)?;
+        let (_, keys, _) = &self.stored.number;
+        let is_it = |axis: &StudyColumn| axis.keys.iter().any(|key| keys.contains(key));
+        let Some(axis) = data.axes.iter().position(is_it) else {
+            let known: Vec<&str> = data.axes.iter().map(|axis| axis.keys[0].as_str()).collect();
+            let (keys, known, path) = (keys.join(", "), known.join(", "), self.path.display());
+            return refused(
+                &data.path,
+                format!("has no axis {keys}, over which the branches of {path} lie; it has {known}"),
+            );
+        };
+        let stem = data.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let label = format!("runs of {stem}");
+        let runs = Some(SweptRuns { label, data, axis });
+        Ok(Branches { runs, ..self })
     }
 
     /// The quantity with this name. The error for an unknown name lists the known ones.
@@ -133,6 +178,9 @@ impl<'a> Branches<'a> {
     pub fn figure(&self, quantity: &BranchQuantity) -> Figure {
         let stored = &self.stored;
         let mut curves = Vec::new();
+        if let Some(runs) = &self.runs {
+            curves.push(Curve::line(&runs.label, ORANGE, runs.points(quantity)).styled(CurveStyle::Points));
+        }
         for (steady, what, color) in KINDS {
             for (stability, style) in STYLES {
                 let branches = stored.branches.iter().filter(|branch| branch.steady == steady);
@@ -255,7 +303,6 @@ pub fn joined<T>(pieces: Vec<Vec<T>>, same: impl Fn(&T, &T) -> bool) -> Vec<Vec<
 const CIRCLE: MarkShape = MarkShape::open(&[]);
 const SQUARE: MarkShape = MarkShape::open(&[(-9, -9), (9, -9), (9, 9), (-9, 9)]);
 const TIP_UP: MarkShape = MarkShape::open(&[(0, -12), (11, 8), (-11, 8)]);
-const TIP_DOWN: MarkShape = MarkShape::open(&[(0, 12), (11, -8), (-11, -8)]);
 const TIP_LEFT: MarkShape = MarkShape::open(&[(-8, -11), (12, 0), (-8, 11)]);
 const DIAMOND: MarkShape = MarkShape::open(&[(0, -13), (13, 0), (0, 13), (-13, 0)]);
 const HEXAGON: MarkShape = MarkShape::open(&[(-6, -10), (6, -10), (12, 0), (6, 10), (-6, 10), (-12, 0)]);

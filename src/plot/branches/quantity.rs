@@ -20,6 +20,8 @@ pub struct BranchQuantity {
     pub low: Value,
     /// The upper value, if there are two.
     pub high: Option<Value>,
+    /// Quantities of a sweep's runs that are the same of a periodic motion; may be empty.
+    pub(super) of_runs: &'static [&'static str],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,6 +68,7 @@ const fn one(name: &'static str, words: &'static str, measure: Measure, low: Val
         measure,
         low,
         high: None,
+        of_runs: &[],
     }
 }
 
@@ -75,10 +78,18 @@ impl BranchQuantity {
         BranchQuantity { high, ..self }
     }
 
+    const fn swept(self, of_runs: &'static [&'static str]) -> BranchQuantity {
+        BranchQuantity { of_runs, ..self }
+    }
+
     const fn shorter(self, name_at_axis: &'static str) -> BranchQuantity {
         BranchQuantity { name_at_axis, ..self }
     }
 }
+
+/// Least and largest values over a period in a sweep.
+const RUN_POSITION: (&str, &str) = ("attractor_position_min", "attractor_position_max");
+const RUN_VELOCITY: (&str, &str) = ("attractor_relative_velocity_min", "attractor_relative_velocity_max");
 
 const LEAST_POSITION: Value = |_, point| point.position.0;
 const LARGEST_POSITION: Value = |_, point| point.position.1;
@@ -109,12 +120,14 @@ fn growth_rate(branch: &Branch, point: &BranchPoint) -> f64 {
 pub const QUANTITIES: &[BranchQuantity] = &[
     one("amplitude", "amplitude", Position, |_, point| {
         (point.position.1 - point.position.0) / 2.0
-    }),
+    })
+    .swept(&["attractor_amplitude"]),
     one("position", "least and largest position", Position, LEAST_POSITION)
         .and(LARGEST_POSITION)
+        .swept(&[RUN_POSITION.0, RUN_POSITION.1])
         .shorter("position"),
-    one("least_position", "least position", Position, LEAST_POSITION),
-    one("largest_position", "largest position", Position, LARGEST_POSITION),
+    one("least_position", "least position", Position, LEAST_POSITION).swept(&[RUN_POSITION.0]),
+    one("largest_position", "largest position", Position, LARGEST_POSITION).swept(&[RUN_POSITION.1]),
     one(
         "relative_velocity",
         "least and largest relative velocity",
@@ -122,20 +135,23 @@ pub const QUANTITIES: &[BranchQuantity] = &[
         LEAST_VELOCITY,
     )
     .and(LARGEST_VELOCITY)
+    .swept(&[RUN_VELOCITY.0, RUN_VELOCITY.1])
     .shorter("relative velocity"),
     one(
         "least_relative_velocity",
         "least relative velocity",
         Speed,
         LEAST_VELOCITY,
-    ),
+    )
+    .swept(&[RUN_VELOCITY.0]),
     one(
         "largest_relative_velocity",
         "largest relative velocity",
         Speed,
         LARGEST_VELOCITY,
-    ),
-    one("period", "period", Time, |branch, point| of_cycle(branch, point.period)),
+    )
+    .swept(&[RUN_VELOCITY.1]),
+    one("period", "period", Time, |branch, point| of_cycle(branch, point.period)).swept(&["attractor_period"]),
     one("multiplier", "largest |multiplier|", Number, multiplier),
     one("growth_rate", "growth rate", Rate, growth_rate),
     one("unstable", "unstable directions", Number, |_, point| {
@@ -143,7 +159,8 @@ pub const QUANTITIES: &[BranchQuantity] = &[
     }),
     one("sticks", "sticks in a period", Number, |branch, point| {
         of_cycle(branch, point.sticks as f64)
-    }),
+    })
+    .swept(&["attractor_sticks"]),
     one("shortest_stick", "duration of the shortest stick", Time, |_, point| {
         point.shortest_stick
     })

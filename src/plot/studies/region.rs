@@ -3,7 +3,7 @@
 use super::data::{StudyColumn, StudyData};
 use super::{refused, title};
 use crate::Error;
-use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
+use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use crate::plot::html::Overlay;
 use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
 use plotters::style::RGBColor;
@@ -176,25 +176,72 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: 
         Curve::line(label, color, points.map(place).collect()).styled(CurveStyle::Dots)
     }));
     curves.extend(marks(&found[a], &found[b]));
-    let whole = Panel::new(
-        side(&data.axes[a], &found[a]),
-        side(&data.axes[b], &found[b]),
-        curves.clone(),
-    );
+    // The runs that come close, in the searched ranges. Without any, the whole ranges.
+    let close = || (0..worst.len()).filter(|&point| worst[point] <= NEAR);
+    let near = |k: usize| {
+        let axis = side(&data.axes[k], &found[k]);
+        let range = extent(
+            close()
+                .map(|point| data.axes[k].values[point])
+                .chain([found[k].optimum]),
+        );
+        match range.filter(|(low, high)| low < high) {
+            Some(range) => with_room(axis, range, Some(found[k].range)),
+            None => axis,
+        }
+    };
+    let (x, y) = (near(a), near(b));
+    let mut nearby = within(&curves, (&x, &y));
+    nearby.extend(finite(bounds(&found[a], &found[b])));
+    let mut whole = Panel::new(x, y, nearby);
+    whole.caption = "near the region".to_owned();
     let mut panels = vec![whole];
     if let Some(close) = enlarged(data, [a, b], found, &curves) {
         panels.push(close);
     }
-    let names = [a, b].map(|k| data.axes[k].keys[0].clone());
     let name = format!("region-{}-{}", data.axes[a].name, data.axes[b].name);
     Figure::new(
         name,
-        title(
-            (&data.title, data.complete),
-            &format!("what the data leave of {}", names.join(" and ")),
-        ),
+        title((&data.title, data.complete), &region_of(data, &[a, b])),
         panels,
     )
+}
+
+/// What a figure shows: the region of these parameters, by their symbols or names.
+fn region_of(data: &StudyData, axes: &[usize]) -> String {
+    let names: Vec<String> = axes.iter().map(|&k| data.axes[k].axis().short().to_owned()).collect();
+    format!("region of {}", names.join(" and "))
+}
+
+/// The axis over a range with a margin, within `limits`.
+fn with_room(axis: Axis, (low, high): (f64, f64), limits: Option<(f64, f64)>) -> Axis {
+    // A logarithmic axis shows at least two powers, which would hide a smaller region.
+    let logarithmic = axis.logarithmic && low > 0.0 && high >= 100.0 * low;
+    let (low, high) = if logarithmic {
+        let factor = (high / low).powf(ROOM);
+        (low / factor, high * factor)
+    } else {
+        let margin = ROOM * (high - low);
+        (low - margin, high + margin)
+    };
+    let limits = limits.unwrap_or((low, high));
+    axis.logarithmic(logarithmic)
+        .ranging(low.max(limits.0), high.min(limits.1))
+}
+
+/// The parts of curves of points within the ranges of the axes.
+fn within(curves: &[Curve], (x, y): (&Axis, &Axis)) -> Vec<Curve> {
+    let holds = |axis: &Axis, value: f64| axis.range.is_none_or(|(low, high)| value >= low && value <= high);
+    let inside = |&(u, v): &(f64, f64)| holds(x, u) && holds(y, v);
+    drawn(curves.iter().map(|curve| Curve {
+        pieces: vec![curve.points().filter(inside).collect()],
+        ..curve.clone()
+    }))
+}
+
+fn finite(curve: Curve) -> Option<Curve> {
+    let all = curve.points().all(|(x, y)| x.is_finite() && y.is_finite());
+    all.then_some(curve)
 }
 
 fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], curves: &[Curve]) -> Option<Panel> {
@@ -206,26 +253,10 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], cur
         if extent.is_nan() || extent <= 1e-12 * own.largest.abs() {
             return None;
         }
-        // A logarithmic axis shows at least two powers, which would hide a smaller region.
-        let axis = Axis {
-            logarithmic: axis.logarithmic && own.largest >= 100.0 * own.least,
-            ..axis
-        };
-        let margin = ROOM * (own.largest - own.least);
-        let (low, high) = if axis.logarithmic {
-            let factor = (own.largest / own.least).powf(ROOM);
-            (own.least / factor, own.largest * factor)
-        } else {
-            (own.least - margin, own.largest + margin)
-        };
-        Some((axis.ranging(low, high), (low, high)))
+        Some(with_room(axis, (own.least, own.largest), None))
     };
-    let ((x, x_range), (y, y_range)) = (window(a)?, window(b)?);
-    let inside = |&(u, v): &(f64, f64)| u >= x_range.0 && u <= x_range.1 && v >= y_range.0 && v <= y_range.1;
-    let mut curves = drawn(curves.iter().map(|curve| Curve {
-        pieces: vec![curve.points().filter(inside).collect()],
-        ..curve.clone()
-    }));
+    let (x, y) = (window(a)?, window(b)?);
+    let mut curves = within(curves, (&x, &y));
     curves.push(bounds(&found[a], &found[b]));
     let mut panel = Panel::new(x, y, curves);
     panel.caption = "the region, enlarged".to_owned();
@@ -256,10 +287,7 @@ fn alone(data: &StudyData, axis: &StudyColumn, found: &RegionParameter, worst: &
     let panels = vec![Panel::new(side(axis, found), residual, curves)];
     Figure::new(
         "region",
-        title(
-            (&data.title, data.complete),
-            &format!("what the data leave of {}", axis.keys[0]),
-        ),
+        title((&data.title, data.complete), &region_of(data, &[0])),
         panels,
     )
 }
