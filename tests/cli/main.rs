@@ -29,6 +29,7 @@ mod plot_branches;
 mod plot_motions;
 mod plot_print;
 mod plot_studies;
+mod reports;
 mod run;
 mod shards;
 mod signals;

@@ -107,6 +107,8 @@ pub struct Diagnosis {
     pub cause: CauseKind,
     /// Evidence, with numbers.
     pub evidence: String,
+    /// The values that differ, and what the reference's run with them has; empty if the evidence says it as shortly.
+    pub brief: String,
     /// Part of the squared difference from the reference, of samples or else of event times, that the reference's run
     /// with this change removes, 0 to 1; `None` if the candidate's own case shows the cause.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,6 +120,7 @@ impl Diagnosis {
         Diagnosis {
             cause,
             evidence,
+            brief: String::new(),
             explained: None,
         }
     }
