@@ -1,6 +1,6 @@
 //! Page of a certificate: ladder, events, channels, sensitivities, exact events, verdict.
 
-use super::{NumberFormat, Page, PageTable, Report, exponent, fixed, upper_bound};
+use super::{NumberFormat, Page, PageTable, Report, exponent, fixed, significant, upper_bound};
 use stickslip_analysis::analysis::CertifyReport;
 use stickslip_analysis::analysis::advice::remedy;
 use stickslip_analysis::analysis::bands::ChannelBand;
@@ -76,15 +76,17 @@ fn main_numbers(c: &Certificate, found: Option<&Sensitivities>) -> PageTable {
     let (first, last) = (sticks.next(), sticks.next_back());
     let growth = c.growth_exponent.map(|growth| {
         let kick = c.kick_above_noise;
-        let kick = kick.map_or_else(String::new, |e_folds| format!("; the kick is {e_folds:.2} e-folds above rounding"));
+        let kick = kick.map_or_else(String::new, |e_folds| {
+            format!("; the kick is {e_folds:.2} e-folds above rounding")
+        });
         format!("{growth:.2}{kick}")
     });
     let most = found.and_then(|found| {
         let row = *ranked(found).first()?;
-        let slope = exponent(2).print(row.slope?);
+        let slope = significant(3).print(row.slope?);
         let (path, unit) = (&row.parameter.path, row.parameter.unit);
-        let per = if unit == "1" { "1" } else { unit };
-        Some(format!("{path}: {} moves by {slope} s per {per}", found.of.words()))
+        let per = if unit == "1" { "unit" } else { unit };
+        Some(format!("{path} moves {} by {slope} s per {per}", found.of.words()))
     });
     let rows = [
         ("runs by other methods", (runs > 0).then_some(ladder)),

@@ -316,13 +316,13 @@ fn operating(point: &OperatingPoint, motion: Motion) -> PageTable {
     let rows = [
         (steady, Some(speed(point.relative_velocity))),
         ("stability", Some(word(point.stability).to_owned())),
+        (interface, Some(torque)),
         (of_rotor, point.rotor_speed.map(speed)),
         (of_stator, point.stator_speed.map(speed)),
-        (interface, Some(torque)),
         ("rotor twist", twist(&point.rotor_twist)),
         ("stator twist", twist(&point.stator_twist)),
     ];
-    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
+    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?)))).brief(3)
 }
 
 fn mode_table(modes: &Modes, motion: Motion) -> PageTable {

@@ -83,7 +83,9 @@ fn most_accurate(runs: &[Measurement]) -> PageTable {
     }
     PageTable::of(best)
         .text("most accurate run", |run| run.method.name())
-        .count("rtol", |run| run.knob.rtol_and_step().0.map(|x| format!("{x:e}")).unwrap_or_default())
+        .count("rtol", |run| {
+            run.knob.rtol_and_step().0.map(|x| format!("{x:e}")).unwrap_or_default()
+        })
         .number("largest error", "s", exponent(1), |run| run.errors.largest)
         .count("calls", |run| run.rhs_evaluations)
         .number("time", "s", fixed(3), |run| run.wall_time)

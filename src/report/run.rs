@@ -45,7 +45,9 @@ impl Report for RunSummary<'_> {
         let how = format!("method {method}, rtol {rtol:e}, t = 0 to {end} s in {wall_time:.3} s of wall time");
         let rows = headline(case, summary);
         // The first row is the events, which are too long for the column next to the paper's.
-        let (events, rows) = rows.split_first().map_or(("", &[][..]), |(first, rows)| (&*first.value, rows));
+        let (events, rows) = rows
+            .split_first()
+            .map_or(("", &[][..]), |(first, rows)| (&*first.value, rows));
         let statements = self
             .witness
             .iter()

@@ -246,7 +246,8 @@ const MOST_ROWS: usize = 8;
 
 /// How each quantity is distributed, in one line.
 pub(crate) fn summary(all: &[(StudyColumn, Distribution)]) -> PageTable {
-    let percentile = |place: usize| move |(_, found): &(StudyColumn, Distribution)| digits(found).print(found.percentiles[place]);
+    let percentile =
+        |place: usize| move |(_, found): &(StudyColumn, Distribution)| digits(found).print(found.percentiles[place]);
     PageTable::of(all)
         .text("", |(quantity, _)| format!("{}{}", quantity.name, unit(quantity)))
         .count("runs", |(_, found)| found.count)

@@ -389,7 +389,10 @@ fn cli_certify_by_the_oracle_where_it_can() {
     let (stdout, stderr) = folder.ends("certify belt-leine", 0);
     assert_eq!(stderr, "");
     assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
-    says(&stdout, "by the exact solver & converged: every event within & friction.breakaway");
+    says(
+        &stdout,
+        "by the exact solver & converged: every event within & friction.breakaway",
+    );
     says(
         &folder.ok("certify belt-leine -v"),
         "by the exact solver & 9.295999525480154883358229545972 & cvode-adams & agreeing &

@@ -36,7 +36,9 @@ impl CycleErrors {
     fn words(&self) -> Option<String> {
         if self.drifts {
             let [per_cycle, first, last] = [self.per_cycle, self.first, self.last].map(signed);
-            return Some(format!("the error drifts by {per_cycle} per cycle, from {first} to {last}"));
+            return Some(format!(
+                "the error drifts by {per_cycle} per cycle, from {first} to {last}"
+            ));
         }
         let side = if self.first < 0.0 { "early" } else { "late" };
         let by = seconds(self.first.abs());
@@ -53,7 +55,9 @@ fn signed(time: f64) -> String {
 impl Comparison {
     /// Two or three short lines.
     pub(super) fn find_summary(&mut self) {
-        let lines = std::iter::once(self.agreement()).chain(self.likely_cause()).chain(self.next());
+        let lines = std::iter::once(self.agreement())
+            .chain(self.likely_cause())
+            .chain(self.next());
         self.summary = lines.collect();
     }
 
@@ -159,12 +163,16 @@ impl Comparison {
         }
         match &unexplained.follows {
             Some(Follows { holds: true, .. }) => text += ". Between its events it follows the equations",
-            Some(Follows { channels, .. }) => text += &format!(". It does not follow the equations of {}", channels.join(" and ")),
+            Some(Follows { channels, .. }) => {
+                text += &format!(". It does not follow the equations of {}", channels.join(" and "))
+            }
             None => {}
         }
         if let Some(interval) = self.within_an_interval() {
             let interval = seconds(interval);
-            text += &format!(". Every event is within one interval of the samples ({interval}), as with events at the ends of steps");
+            text += &format!(
+                ". Every event is within one interval of the samples ({interval}), as with events at the ends of steps"
+            );
         } else if let Some(closest) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
             let part = percent(closest.explained);
             text += &format!(". The closest is {} ({part} %)", closest.cause.name());
@@ -182,9 +190,17 @@ impl Comparison {
         let what = match (self.causes.first(), &self.unexplained) {
             (Some(first), _) => advice(first.cause).to_owned(),
             (None, Some(_)) if self.within_an_interval().is_some() => advice(CauseKind::EventsLate).to_owned(),
-            (None, Some(Unexplained { would_tell: Some(more), .. })) => format!("add {more} to the candidate, which would tell more"),
+            (
+                None,
+                Some(Unexplained {
+                    would_tell: Some(more), ..
+                }),
+            ) => format!("add {more} to the candidate, which would tell more"),
             (None, Some(_)) if self.out_of_time.is_some() => "allow more time (--max-wall-time)".to_owned(),
-            (None, Some(_)) => format!("see where they part: stickslip plot {} --candidate {}", self.reference, self.candidate),
+            (None, Some(_)) => format!(
+                "see where they part: stickslip plot {} --candidate {}",
+                self.reference, self.candidate
+            ),
             (None, None) => match &self.score_command {
                 Some(command) => format!("score it by the rules of the set: {command}"),
                 None if self.agrees_to_resolution => {

@@ -58,7 +58,11 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
             let mut page = pages::page(c, pages::Length::Whole);
             let figures = figures((&reference, &mapping), c, (target.output.path(), number));
             // The figures follow the statistics, and the resolution before them.
-            let place = page.parts.iter().take_while(|part| !matches!(part, PagePart::Detail(_))).count();
+            let place = page
+                .parts
+                .iter()
+                .take_while(|part| !matches!(part, PagePart::Detail(_)))
+                .count();
             page.parts.splice(place..place, figures);
             page
         };

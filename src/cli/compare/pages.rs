@@ -44,7 +44,10 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         }
         page = page.details([text]);
     }
-    let wrong = c.first_wrong.as_ref().map(|wrong| format!("first wrong event: {}", wrong.words()));
+    let wrong = c
+        .first_wrong
+        .as_ref()
+        .map(|wrong| format!("first wrong event: {}", wrong.words()));
     page = page.details(wrong).details(c.cycles.as_ref().map(growth));
     if !c.sequence.is_empty() {
         let shown = if length == Length::Screen { LISTED } else { usize::MAX };

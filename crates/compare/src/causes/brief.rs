@@ -46,7 +46,10 @@ impl Search<'_> {
         }
         match (judged.after.unmatched.div_ceil(2), judged.after.max) {
             (0, 0.0) => format!("With it the reference has all {events} events at the same times."),
-            (0, largest) => format!("With it the reference has all {events} events within {}.", seconds(largest)),
+            (0, largest) => format!(
+                "With it the reference has all {events} events within {}.",
+                seconds(largest)
+            ),
             (missed, _) => format!("With it the reference has all but {missed} of the {events} events."),
         }
     }
@@ -77,8 +80,15 @@ impl Search<'_> {
 }
 
 fn of_number(number: &OtherNumber) -> String {
-    let unit = if number.unit == "1" { String::new() } else { format!(" {}", number.unit) };
-    let (value, reference) = (digits(number.value, number.reference), digits(number.reference, number.value));
+    let unit = if number.unit == "1" {
+        String::new()
+    } else {
+        format!(" {}", number.unit)
+    };
+    let (value, reference) = (
+        digits(number.value, number.reference),
+        digits(number.reference, number.value),
+    );
     format!("{} = {value}{unit} instead of {reference}", number.key)
 }
 
