@@ -104,7 +104,7 @@ fn cli_comparisons_fit_a_screen() {
     let text = short(&folder, "compare belt-leine.h5 moved.csv");
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[1].starts_with("The events part: "), "{text}");
-    assert!(lines[2].starts_with("Likely cause: another initial state ("), "{text}");
+    assert!(lines[2].starts_with("Likely cause: another initial state: "), "{text}");
     says(
         lines[2],
         "= 0.1 m & instead of 0, & = 0.1 m/s instead of 0.2 & With it the reference has all ",
@@ -113,7 +113,10 @@ fn cli_comparisons_fit_a_screen() {
 
     // The key that differs is known if the candidate has its case.
     let text = short(&folder, "compare belt-leine.h5 moved.h5");
-    says(&text, "Likely cause: another case & -v lists the keys that differ");
+    says(
+        &text,
+        "Likely cause: another case: initial.stator_ & instead of & -v lists the keys that differ",
+    );
 }
 
 /// One line for each quantity; histograms are details, also of `plot`.

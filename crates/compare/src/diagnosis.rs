@@ -236,7 +236,17 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
     if cause == CauseKind::RegularisedLaw {
         causes.retain(|known| !matches!(known.cause, CauseKind::VelocityTolerance | CauseKind::StickTest));
     }
-    causes.insert(0, Diagnosis::shown(cause, evidence));
+    let each = differences.iter().take(2);
+    let each = each.map(|d| format!("{} = {} instead of {}", d.key, d.candidate, d.reference));
+    let more = if differences.len() > 2 { ", and more" } else { "" };
+    let brief = format!("{}{more}.", each.collect::<Vec<_>>().join(", "));
+    causes.insert(
+        0,
+        Diagnosis {
+            brief,
+            ..Diagnosis::shown(cause, evidence)
+        },
+    );
 }
 
 /// A channel, or the time, that differs from the reference by the factor of a unit.

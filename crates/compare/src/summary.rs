@@ -1,5 +1,6 @@
 //! The verdict of a comparison in short: whether the runs agree or where they part, the likely cause, what to do next.
 
+use super::causes::EXPLAINED;
 use super::comparison::{Comparison, Unexplained};
 use super::diagnosis::{CauseKind, percent};
 use super::event_errors::CycleErrors;
@@ -14,7 +15,7 @@ const CONSTANT: f64 = 0.01;
 pub(crate) fn seconds(seconds: f64) -> String {
     const UNITS: [(f64, &str); 5] = [(1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"), (1e-12, "ps")];
     // 0.1 s and more are seconds, as people say it.
-    let fits = |(size, unit): &&(f64, &str)| seconds.abs() >= if *unit == "s" { 0.1 } else { *size };
+    let fits = |(size, unit): &&(f64, &str)| seconds.abs() >= if *unit == "s" { 0.1 } else { 0.9995 * size };
     let (size, unit) = UNITS.iter().find(fits).unwrap_or(&UNITS[4]);
     let value = seconds / size;
     match value.abs() {
@@ -74,6 +75,7 @@ impl Comparison {
         let digits = self.digits();
         let states = digits.map(|digits| match digits {
             none if none < 0.0 => " The states do not agree.".to_owned(),
+            one if one < 1.5 => " The states agree to one digit at most.".to_owned(),
             digits => format!(" The states agree to {digits:.0} digits."),
         });
         let states = states.unwrap_or_default();
@@ -101,7 +103,13 @@ impl Comparison {
                     all => format!("All {all} events come in the same order, but not at the same times"),
                 };
                 let cycles = self.cycles.as_ref().and_then(CycleErrors::words);
-                format!("{text}: {}.", cycles.unwrap_or_else(|| wrong.words()))
+                let first = |error: f64| {
+                    let (kind, time, by) = (wrong.kind, wrong.time, seconds(error.abs()));
+                    let side = if error < 0.0 { "early" } else { "late" };
+                    format!("the {kind} at {time:.6} s is {by} {side}")
+                };
+                let first = || wrong.error.map_or_else(|| wrong.words(), first);
+                format!("{text}: {}.", cycles.unwrap_or_else(first))
             }
             None if self.agrees_to_resolution => {
                 let bound = seconds(errors.largest_bound());
@@ -129,7 +137,7 @@ impl Comparison {
         let largest = before.map(|event| event.error.abs()).fold(0.0, f64::max);
         let before = match first.position {
             0 => String::new(),
-            count => format!(" The {count} events before it agree within {}.", seconds(largest)),
+            count => format!(" The {count} events before it are within {}.", seconds(largest)),
         };
         let (kind, time) = (first.kind, first.time);
         format!(
@@ -148,10 +156,10 @@ impl Comparison {
     fn likely_cause(&self) -> Option<String> {
         if let Some(first) = self.causes.first() {
             let brief = match first.brief.is_empty() {
-                true => format!("({}).", first.evidence),
+                true => format!("{}.", first.evidence),
                 false => first.brief.clone(),
             };
-            return Some(format!("Likely cause: {} {brief}", first.cause.name()));
+            return Some(format!("Likely cause: {}: {brief}", first.cause.name()));
         }
         let unexplained = self.unexplained.as_ref()?;
         let mut text = match self.out_of_time {
@@ -175,7 +183,12 @@ impl Comparison {
             );
         } else if let Some(closest) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
             let part = percent(closest.explained);
-            text += &format!(". The closest is {} ({part} %)", closest.cause.name());
+            let why_not = if closest.explained >= EXPLAINED {
+                closest.why_not
+            } else {
+                ""
+            };
+            text += &format!(". The closest is {} ({part} %){why_not}", closest.cause.name());
         }
         Some(text + ".")
     }

@@ -8,13 +8,15 @@ use crate::summary::seconds;
 
 /// Smallest difference of an initial value that is named, in parts of the channel's size.
 const NAMED: f64 = 1e-6;
+/// Two kicks whose sizes differ by less than this part act on other surfaces.
+const SAME: f64 = 0.01;
 /// A number below this part of the one beside it is zero.
 const ROUNDING: f64 = 1e-9;
 /// Most initial values that are named.
 const MOST: usize = 2;
 
 impl Search<'_> {
-    /// For example "(x = 0.2 m/s instead of 0). With it the reference has all 16 events within 1.0 ms.".
+    /// For example "x = 0.2 m/s instead of 0. With it the reference has all 16 events within 1.0 ms.".
     pub(super) fn brief(&self, kind: CauseKind, tried: &Tried, causes: &Causes) -> String {
         let parameters = causes.parameters.as_ref().map(|found| &found.numbers[..]);
         let values = match (parameters, &causes.kick, kind) {
@@ -24,33 +26,34 @@ impl Search<'_> {
             }
             (None, Some(kick), CauseKind::AnotherKick) => {
                 let [own, other] = [kick.jumps, kick.reference].map(|[two, one]| two - one);
-                format!("{} {} instead of {}", digits(own, other), kick.unit, digits(other, own))
+                match (own - other).abs() <= SAME * other.abs() {
+                    true => kick.words(),
+                    false => format!("{} {} instead of {}", digits(own, other), kick.unit, digits(other, own)),
+                }
             }
             (None, _, CauseKind::AnotherState) => self.initial_values().unwrap_or_default(),
             _ => tried.cause.words(self).1,
         };
         let outcome = self.brief_outcome(tried);
         match values.is_empty() {
-            true => outcome,
-            false => format!("({values}). {outcome}"),
+            true => format!("with {outcome}"),
+            false => format!("{values}. With {outcome}"),
         }
     }
 
+    /// What the reference's run with the cause has, behind "with".
     fn brief_outcome(&self, tried: &Tried) -> String {
         let (evidence, judged) = (self.evidence, &tried.judged);
         let events = evidence.compared_events();
         let are_counted = tried.cause.has_events(judged) && tried.cause.up_to().is_none() && judged.has_events();
         if events == 0 || !are_counted {
             let part = crate::diagnosis::percent(judged.explained);
-            return format!("A run with it removes {part} % of the squared difference.");
+            return format!("it {part} % of the squared difference vanish.");
         }
         match (judged.after.unmatched.div_ceil(2), judged.after.max) {
-            (0, 0.0) => format!("With it the reference has all {events} events at the same times."),
-            (0, largest) => format!(
-                "With it the reference has all {events} events within {}.",
-                seconds(largest)
-            ),
-            (missed, _) => format!("With it the reference has all but {missed} of the {events} events."),
+            (0, 0.0) => format!("it the reference has all {events} events at the same times."),
+            (0, largest) => format!("it the reference has all {events} events within {}.", seconds(largest)),
+            (missed, _) => format!("it the reference has all but {missed} of the {events} events."),
         }
     }
 
