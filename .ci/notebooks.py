@@ -27,7 +27,7 @@ def text_of(cell):
 
 
 def first_reference(shown, drawn):
-    assert "events" in shown and "(48 sticks, 47 slips," in shown, shown
+    assert "events" in shown and "(48 sticks, 47 slips)" in shown, shown
     assert "48 sticks, from 6.975001494 s to 6.989377156 s" in shown, shown
     # From the polynomials of a file: 69.909 N m (.ci/run).
     assert "highest friction torque: 69.909 N m" in shown, shown

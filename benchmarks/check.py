@@ -1356,7 +1356,18 @@ def report(result: Dict[str, Any]) -> List[str]:
             [v["name"], f"{v['reference']:.12g} {v['unit']}", text_of(v["candidate"], ".12g"), text_of(v["error"]),
              text_of(v["digits"], ".1f")] for v in result["summary"]])]
     lines += ["", *result["notes"], result["verdict"]]
-    return lines + [f"{name}: {outcome} ({what})" for name, outcome, what in outcomes(result) if result["requirements"]]
+    lines += [f"{name}: {outcome} ({what})" for name, outcome, what in outcomes(result) if result["requirements"]]
+    return lines + (["Give your events (--events) to have the solver judged, not its sampling."] if is_sampling(result)
+                    else [])
+
+
+def is_sampling(result: Dict[str, Any]) -> bool:
+    """Whether events found in the rows have fewer digits, by one at least, than every column of the samples."""
+    found, threshold = result["samples"], result["candidate"]["threshold"]
+    if not found or threshold is None or not result["events"] or not result["sequence"]["agrees"]:
+        return False
+    digits = [column["digits"] for column in found["columns"] if column["digits"] is not None]
+    return bool(digits) and bool(result["digits"] + 1.0 <= min(digits))
 
 
 def finite(value: Any) -> Any:

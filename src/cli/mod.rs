@@ -224,7 +224,7 @@ fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
         document(report)?;
     }
     if capture::now() || !(common.json || common.quiet) {
-        print(&terminal(&report.page()))?;
+        print(&terminal(&report.page(), capture::now() || common.verbose > 0))?;
     }
     Ok(CommandEnd::Done)
 }
@@ -233,7 +233,7 @@ fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
 fn show(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
     match common.json {
         true => document(report)?,
-        false => print(&terminal(&report.page()))?,
+        false => print(&terminal(&report.page(), true))?,
     }
     Ok(CommandEnd::Done)
 }

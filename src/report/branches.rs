@@ -98,6 +98,9 @@ impl<'a> BranchesReport<'a> {
     }
 }
 
+/// Rows of a table that are no details.
+const MOST_ROWS: usize = 4;
+
 impl Report for BranchesReport<'_> {
     fn page(&self) -> Page {
         let (study, report) = self.of;
@@ -113,10 +116,10 @@ impl Report for BranchesReport<'_> {
             self.title,
             format!("{} points of {branches} in {:.1} s", self.points, self.wall_time),
         )
-        .with(branch_table(&report.explored.branches))
         .with_all(special_points)
         .with_all(curves)
         .with_all(self.remarks.iter().map(|remark| format!("warning: {remark}")))
+        .details([branch_table(&report.explored.branches)])
         .with(&*self.file)
     }
 }
@@ -149,6 +152,7 @@ fn special_points(points: &[SpecialPoint], key: &str) -> PageTable {
         .number("period", "s", fixed(12).or(""), |one| one.period)
         .text("special point", |one| one.words)
         .done()
+        .brief(MOST_ROWS)
 }
 
 fn curve_table(curves: &[SpecialCurve], keys: [&str; 2]) -> PageTable {
@@ -162,4 +166,5 @@ fn curve_table(curves: &[SpecialCurve], keys: [&str; 2]) -> PageTable {
         .number(keys[1], "", NUMBER, |curve| end(curve, 1, 0))
         .number("to", "", NUMBER, |curve| end(curve, 1, 1))
         .done()
+        .brief(MOST_ROWS)
 }

@@ -234,9 +234,9 @@ impl Report for CalibrationReport<'_> {
             self.title,
             format!("{} runs in {:.1} s{failed}", self.runs, self.wall_time),
         )
-        .with(parameters)
-        .with(targets)
         .with_all(verdict)
+        .with(parameters)
+        .details([targets])
         .with(files.cloned().collect::<Vec<_>>().join("\n"))
     }
 }

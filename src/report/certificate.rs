@@ -1,6 +1,6 @@
 //! Page of a certificate: ladder, events, channels, sensitivities, exact events, verdict.
 
-use super::{NumberFormat, Page, PageTable, Report, exponent, fixed, upper_bound};
+use super::{NumberFormat, Page, PageTable, Report, exponent, fixed, significant, upper_bound};
 use stickslip_analysis::analysis::CertifyReport;
 use stickslip_analysis::analysis::advice::remedy;
 use stickslip_analysis::analysis::bands::ChannelBand;
@@ -18,6 +18,12 @@ const SMOOTH_STOP: &str = "(smooth): series alone follows smooth sliding itself,
                            onset of the other methods is noise, that is the model without any deviation, and no check of a run that has \
                            one.";
 
+/// Half a last digit of a parameter with one or two digits, in parts of its value.
+const ROUGH: f64 = 0.05;
+
+const ROUNDED: &str = "A number with one or two digits is taken as known to half of its last one: 1 N/m is 0.5 to 1.5 N/m. Write the digits \
+                       that are known, such as 1.000 N/m. For a number that is exact, only the slope counts.";
+
 impl Report for CertifyReport<'_> {
     const SORTED: bool = true;
 
@@ -26,27 +32,70 @@ impl Report for CertifyReport<'_> {
         let smooth = c.ladder.iter().any(|rung| rung.smooth_stop).then_some(SMOOTH_STOP);
         let missing = certified.without_sensitivities();
         let is_conditioned = c.growth_exponent.is_some() || c.most_digits().is_some();
+        let found = certified.result_sensitivities();
+        let contradiction = c.contradiction.as_ref().map(|text| format!("contradiction: {text}"));
         let mut page = Page::new(&*self.case.title, heading(self))
-            .with(ladder(&c.ladder))
+            .with(main_numbers(c, found))
+            .with_all(contradiction)
+            .details([ladder(&c.ladder)])
             .below(smooth)
             .below(c.left_out.iter().map(|text| format!("{text}.")))
-            .with(events(c))
-            .with(channels(&c.bands.channels));
-        if let Some(found) = certified.result_sensitivities() {
-            page = page.with(sensitivities(found)).below(remarks(found));
+            .details([events(c), channels(&c.bands.channels)]);
+        if let Some(found) = found {
+            page = page.details([sensitivities(found)]).below(remarks(found));
         }
         page = page
-            .with_all(missing.map(|why| format!("No sensitivities: {why}.")))
-            .with_all(is_conditioned.then(|| conditioning(c)));
+            .details(missing.map(|why| format!("No sensitivities: {why}.")))
+            .details(is_conditioned.then(|| conditioning(c)));
         if let Some(exact) = &certified.exact {
-            page = page.with(work_of(exact)).with(exact_events(exact));
+            page = page.details([work_of(exact)]).details([exact_events(exact)]);
         }
-        let contradiction = c.contradiction.iter();
         let files = std::iter::once(&self.file).chain(&self.figure);
-        page.with(verdict(c))
-            .with_all(contradiction.map(|text| format!("contradiction: {text}")))
-            .with(files.cloned().collect::<Vec<_>>().join("\n"))
+        page.with(files.cloned().collect::<Vec<_>>().join("\n"))
     }
+}
+
+/// Agreement of the methods, the first and the last stick, and what moves the result most.
+fn main_numbers(c: &Certificate, found: Option<&Sensitivities>) -> PageTable {
+    let agree = |rung: &&Rung| rung.failure.is_none() && rung.agreeing == rung.events;
+    let (runs, same) = (c.ladder.len(), c.ladder.iter().filter(agree).count());
+    let events = c.ladder.iter().map(|rung| rung.events).max().unwrap_or(0);
+    let ladder = match same == runs {
+        true => format!("all {runs} find the same {events} contact events"),
+        false => format!("{same} of {runs} find the events of the result"),
+    };
+    let mut sticks = c.events.iter().filter(|event| event.kind == "stick");
+    let stick = |event: &CertifiedEvent| {
+        let error = event.uncertainty;
+        if !error.is_finite() {
+            return format!("{:.9} s, {}", event.time, event.verdict.name());
+        }
+        let places = (1.0 - error.max(1e-16).log10().floor()).clamp(1.0, 15.0) as usize;
+        format!("{:.places$} s within {} s", event.time, bound(error, 1))
+    };
+    let (first, last) = (sticks.next(), sticks.next_back());
+    let growth = c.growth_exponent.map(|growth| {
+        let kick = c.kick_above_noise;
+        let kick = kick.map_or_else(String::new, |e_folds| {
+            format!("; the kick is {e_folds:.2} e-folds above rounding")
+        });
+        format!("{growth:.2}{kick}")
+    });
+    let most = found.and_then(|found| {
+        let row = *ranked(found).first()?;
+        let slope = significant(3).print(row.slope?);
+        let (path, unit) = (&row.parameter.path, row.parameter.unit);
+        let per = if unit == "1" { "unit" } else { unit };
+        Some(format!("{path} moves {} by {slope} s per {per}", found.of.words()))
+    });
+    let rows = [
+        ("runs by other methods", (runs > 0).then_some(ladder)),
+        ("first stick", first.map(stick)),
+        ("last stick", last.map(stick)),
+        ("growth exponent G", growth),
+        ("strongest parameter", most),
+    ];
+    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
 }
 
 fn heading(report: &CertifyReport) -> String {
@@ -60,7 +109,8 @@ fn heading(report: &CertifyReport) -> String {
     };
     let (method, rtol) = (solver.method.name(), solver.rtol);
     let (source, seconds) = (&report.source, report.seconds);
-    format!("{source}\nmethod {method}, rtol {rtol:e}; uncertainties {by}; {seconds:.2} s")
+    let verdict = verdict(&report.certified.certificate);
+    format!("{source}\n{verdict}\nmethod {method}, rtol {rtol:e}; uncertainties {by}; {seconds:.2} s")
 }
 
 fn ladder(rungs: &[Rung]) -> PageTable {
@@ -176,7 +226,12 @@ fn remarks(found: &Sensitivities) -> Vec<String> {
         .iter()
         .map(|reason| format!("Slopes only: {reason}."));
     let held = Some(found.held.clone()).filter(|held| !held.is_empty());
-    remarks.chain(without).chain(held).collect()
+    let is_rough = |row: &Sensitivity| {
+        let half = row.parameter.half_last_digit;
+        half.is_some_and(|half| half >= ROUGH * row.parameter.value.abs())
+    };
+    let rough = found.rows.iter().any(is_rough).then(|| ROUNDED.to_owned());
+    remarks.chain(without).chain(held).chain(rough).collect()
 }
 
 fn conditioning(c: &Certificate) -> PageTable {

@@ -59,12 +59,31 @@ fn numbers(orbit: &Orbit, motion: Motion) -> PageTable {
         ("period", format!("{:.15} s{of_drive}", orbit.period)),
         ("stability", orbit.stability.name().to_owned()),
     ];
+    let free = orbit.multipliers.iter().filter(|one| one.kind == MultiplierKind::Free);
+    let sizes = free.map(|one| one.real.hypot(one.imaginary));
+    if let Some(largest) = sizes.reduce(f64::max) {
+        rows.push(("largest multiplier", format!("{largest:.12} (absolute value)")));
+    }
+    let has_position = orbit.position.1 >= orbit.position.0;
+    if has_position {
+        rows.push(("amplitude", format!("{:.14} {angle}", orbit.amplitude)));
+    }
+    if let Some((shortest, longest)) = orbit.shortest_stick.zip(orbit.longest_stick) {
+        rows.push(("sticks", format!("{}, {shortest:.9} to {longest:.9} s", orbit.sticks)));
+    }
+    if let Some(nearest) = orbit.nearest {
+        let (distance, time, border) = (nearest.distance, nearest.time, nearest.border.words());
+        rows.push((
+            "nearest change",
+            format!("{distance:.6e} (relative) at {time:.6} s, to: {border}"),
+        ));
+    }
+    let main = rows.len();
     // Only the first of several values has a name.
     let named = |name, values: Vec<String>| std::iter::once(name).chain(std::iter::repeat("")).zip(values);
     rows.extend(named("multipliers", orbit.multipliers.iter().map(words).collect()));
-    let (least, largest) = orbit.position;
-    if largest >= least {
-        rows.push(("amplitude", format!("{:.14} {angle}", orbit.amplitude)));
+    if has_position {
+        let (least, largest) = orbit.position;
         rows.push(("position", format!("{least:.14} to {largest:.14} {angle}")));
     }
     let (least, largest) = (plain(orbit.relative_velocity.0), plain(orbit.relative_velocity.1));
@@ -79,21 +98,14 @@ fn numbers(orbit: &Orbit, motion: Motion) -> PageTable {
     if orbit.events.is_empty() {
         rows.push(("events", "none".to_owned()));
     }
-    if let Some((shortest, longest)) = orbit.shortest_stick.zip(orbit.longest_stick) {
-        rows.push(("sticks", format!("{}, {shortest:.9} to {longest:.9} s", orbit.sticks)));
-    }
-    if let Some(nearest) = orbit.nearest {
-        let (distance, time, border) = (nearest.distance, nearest.time, nearest.border.words());
-        rows.push((
-            "nearest change",
-            format!("{distance:.6e} (relative) at {time:.6} s, to: {border}"),
-        ));
-    }
     let (iterations, error) = (orbit.iterations, orbit.error);
     let newton = format!("{iterations} iterations, the last step {error:.1e} of the motion's size");
     rows.push(("Newton's method", newton));
-    PageTable::pairs(rows)
+    PageTable::pairs(rows).brief(main)
 }
+
+/// Rows of a certificate that are no details.
+const MOST_EVENTS: usize = 8;
 
 #[derive(Serialize)]
 pub(crate) struct CycleCertificateReport<'a> {
@@ -115,7 +127,8 @@ impl Report for CycleCertificateReport<'_> {
             .text("", |row| row.kind)
             .text("s", |row| row.time.decimal.clone())
             .text("uncertainty, s", |row| bound(row.time.error, 1))
-            .done();
+            .done()
+            .brief(MOST_EVENTS);
         let (digits, corrections, contraction) = (c.digits_computed, c.corrections, c.contraction);
         let oracle = format!(
             "exact solver with {digits} digits; {corrections} corrections, the last one {contraction:.0e} of the one before"

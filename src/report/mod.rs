@@ -2,6 +2,7 @@
 //! printed on a terminal, as Markdown or as HTML.
 //!
 //! A report is a serde struct. Its `page` declares each table by its columns: title, unit, how a value is printed ([`PageRows`]).
+//! A page begins with its headline. Details are printed on a terminal only with `-v`, and always as Markdown and HTML.
 
 mod branches;
 mod calibration;
@@ -56,6 +57,8 @@ pub(crate) enum PagePart {
     Figure(DrawnPage),
     /// A part that belongs to the one above: no blank line separates them on a terminal.
     Below(Box<PagePart>),
+    /// A part that a terminal shows with `-v` only.
+    Detail(Box<PagePart>),
 }
 
 #[derive(Debug)]
@@ -103,11 +106,27 @@ impl Page {
         self
     }
 
-    /// Adds parts without blank lines before them.
+    /// Adds parts without blank lines before them. Below a detail they are details, too.
     pub fn below(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
-        let below = |part: PagePart| PagePart::Below(Box::new(part));
-        self.parts.extend(parts.into_iter().map(|part| below(part.into())));
+        let is_detail = matches!(self.parts.last(), Some(PagePart::Detail(_)));
+        for part in parts {
+            let part = PagePart::Below(Box::new(part.into()));
+            self.parts.push(if is_detail { part.detail() } else { part });
+        }
         self
+    }
+
+    /// Adds details.
+    pub fn details(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
+        self.parts.extend(parts.into_iter().map(|part| part.into().detail()));
+        self
+    }
+}
+
+impl PagePart {
+    /// The part as a detail.
+    pub fn detail(self) -> PagePart {
+        PagePart::Detail(Box::new(self))
     }
 }
 
@@ -117,6 +136,8 @@ pub(crate) struct PageTable {
     pub title: String,
     pub columns: Vec<Heading>,
     pub rows: Vec<Vec<String>>,
+    /// Number of first rows that are no details; `None`: all.
+    pub brief: Option<usize>,
 }
 
 #[derive(Debug)]
@@ -148,6 +169,12 @@ impl PageTable {
 
     pub fn titled(mut self, title: impl Into<String>) -> PageTable {
         self.title = title.into();
+        self
+    }
+
+    /// Makes details of all rows but the first ones.
+    pub fn brief(mut self, rows: usize) -> PageTable {
+        self.brief = Some(rows);
         self
     }
 

@@ -57,23 +57,20 @@ impl Report for ModesReport<'_> {
         let page = Page::new(self.title, "");
         let Some(slowing) = &self.modes.slowing else {
             return page
-                .with(driving(modes, motion))
                 .with_all(modes.operating_points.iter().map(|point| operating(point, motion)))
-                .with(mode_table(modes, motion))
                 .with(changes_of_stability(modes, motion))
-                .with_all(absent(modes));
+                .details([driving(modes, motion), mode_table(modes, motion)])
+                .details(absent(modes));
         };
-        let page = page
-            .with(headline(slowing, motion))
-            .with(shape_table(slowing, modes, motion))
-            .with(damping_table(slowing, motion));
-        match (&slowing.instability, kept(slowing.stability)) {
+        let page = page.with(headline(slowing, motion));
+        let page = match (&slowing.instability, kept(slowing.stability)) {
             (_, Some(sentence)) => page.with(sentence),
             (Some(lost), None) => page
                 .with(loss(lost, slowing, motion))
                 .below(is_brief(slowing).then_some(BRIEF)),
             (None, None) => page,
-        }
+        };
+        page.details([shape_table(slowing, modes, motion), damping_table(slowing, motion)])
     }
 }
 
@@ -99,15 +96,14 @@ fn headline(modes: &SlowingModes, motion: Motion) -> PageTable {
                 ("axial damping ratio c_a/(2 sqrt(k_e m))", format!("{ratio:.4}")),
             ]
         });
-    PageTable::pairs(axial.into_iter().flatten().chain([
+    let main = [
         (of_surface, hertz(modes.torsional_frequency)),
         ("natural period T_n", period(modes.natural_period)),
-        (
-            "contact force of the slip below",
-            format!("{:.1} N", modes.normal_force),
-        ),
+        ("contact force", format!("{:.1} N", modes.normal_force)),
         ("critical speed under that force", critical),
-    ]))
+    ];
+    let count = main.len();
+    PageTable::pairs(main.into_iter().chain(axial.into_iter().flatten())).brief(count)
 }
 
 /// A mode with its state.
@@ -235,6 +231,13 @@ fn loss(lost: &Instability, modes: &SlowingModes, motion: Motion) -> PageTable {
             "loss of stability (zero of the margin)",
             time_and_speed(lost.time, lost.relative_velocity),
         ),
+        ("first stick", or_none(lost.onset_time, |t| format!("{t:.9} s"))),
+        ("growth exponent G", counted(lost.growth_exponent)),
+        (
+            "kick above rounding, e-folds",
+            fixed(2).print(lost.kick_above_noise) + if died { ", it has died out" } else { "" },
+        ),
+        ("the onset is decided by", decided.to_owned()),
         (
             "eigenvalue crossing",
             crossing.unwrap_or_else(|| "none nearby".to_owned()),
@@ -244,16 +247,10 @@ fn loss(lost: &Instability, modes: &SlowingModes, motion: Motion) -> PageTable {
             "unstable until smooth sliding stops",
             format!("{window:.3e} s, {:.3} T_n", window / modes.natural_period),
         ),
-        ("growth exponent G", counted(lost.growth_exponent)),
-        ("first stick", or_none(lost.onset_time, |t| format!("{t:.9} s"))),
         ("growth up to the first stick", counted(lost.growth_to_onset)),
         ("e-folds gained from the kick", fixed(2).print(lost.e_folds_gained)),
-        (
-            "kick above rounding, e-folds",
-            fixed(2).print(lost.kick_above_noise) + if died { ", it has died out" } else { "" },
-        ),
-        ("the onset is decided by", decided.to_owned()),
     ])
+    .brief(5)
 }
 
 fn hertz(frequency: f64) -> String {
@@ -319,13 +316,13 @@ fn operating(point: &OperatingPoint, motion: Motion) -> PageTable {
     let rows = [
         (steady, Some(speed(point.relative_velocity))),
         ("stability", Some(word(point.stability).to_owned())),
+        (interface, Some(torque)),
         (of_rotor, point.rotor_speed.map(speed)),
         (of_stator, point.stator_speed.map(speed)),
-        (interface, Some(torque)),
         ("rotor twist", twist(&point.rotor_twist)),
         ("stator twist", twist(&point.stator_twist)),
     ];
-    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
+    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?)))).brief(3)
 }
 
 fn mode_table(modes: &Modes, motion: Motion) -> PageTable {

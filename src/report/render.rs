@@ -9,10 +9,26 @@ const NARROWEST: u16 = 40;
 
 const STYLE: &str = include_str!("../../data/page/report.css");
 
-pub(crate) fn terminal(page: &Page) -> String {
+/// The headline of a page, and how many lines of details there are; the whole page with `details`.
+pub(crate) fn terminal(page: &Page, details: bool) -> String {
+    let text = lines_of_page(page, details);
+    let lines = |text: &str| text.lines().count();
+    match lines(&lines_of_page(page, true)).saturating_sub(lines(&text)) {
+        0 => text,
+        1 => text + "-v shows one more line\n",
+        more => format!("{text}-v shows the other {more} lines\n"),
+    }
+}
+
+fn lines_of_page(page: &Page, details: bool) -> String {
     let lines = [&page.title, &page.verdict].into_iter().filter(|line| !line.is_empty());
     let mut text: String = lines.map(|line| format!("{line}\n")).collect();
     for part in &page.parts {
+        let part = match part {
+            PagePart::Detail(_) if !details => continue,
+            PagePart::Detail(part) => &**part,
+            part => part,
+        };
         let (part, is_below) = match part {
             PagePart::Below(part) => (&**part, true),
             part => (part, false),
@@ -23,15 +39,15 @@ pub(crate) fn terminal(page: &Page) -> String {
         text += &match part {
             PagePart::Text(paragraph) => format!("{paragraph}\n"),
             PagePart::List(items) => items.iter().map(|item| format!("- {item}\n")).collect(),
-            PagePart::Table(table) => lines_of(table),
-            PagePart::Figure(_) | PagePart::Below(_) => String::new(),
+            PagePart::Table(table) => lines_of(table, details),
+            PagePart::Figure(_) | PagePart::Below(_) | PagePart::Detail(_) => String::new(),
         };
     }
     text
 }
 
 /// The lines of a table, without margins and trailing blanks.
-fn lines_of(table: &PageTable) -> String {
+fn lines_of(table: &PageTable, details: bool) -> String {
     let mut drawn = Table::new();
     drawn
         .load_style(presets::NOTHING)
@@ -44,7 +60,8 @@ fn lines_of(table: &PageTable) -> String {
     if table.has_header() {
         drawn.set_header(table.columns.iter().map(|column| &column.title));
     }
-    drawn.add_rows(&table.rows);
+    let shown = table.brief.filter(|_| !details).unwrap_or(usize::MAX);
+    drawn.add_rows(table.rows.iter().take(shown));
     for (index, _) in table.columns.iter().enumerate().filter(|one| one.1.number) {
         if let Some(column) = drawn.column_mut(index) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -65,9 +82,7 @@ pub(crate) fn markdown(pages: &[Page], mark: &str) -> String {
     let mut text = format!("<!-- {mark} -->\n");
     for page in pages {
         text += &format!("# {}\n\n", plain(&page.title));
-        if !page.verdict.is_empty() {
-            text += &format!("**{}**\n\n", plain(&page.verdict));
-        }
+        text.extend(page.verdict.lines().map(|line| format!("**{}**\n\n", plain(line))));
         text.extend(page.parts.iter().map(markdown_part));
     }
     text
@@ -84,7 +99,7 @@ fn markdown_part(part: &PagePart) -> String {
             let file = plain(&file.replace('(', "%28").replace(')', "%29"));
             format!("![{}]({file})\n\n", plain(&figure.title))
         }
-        PagePart::Below(part) => markdown_part(part),
+        PagePart::Below(part) | PagePart::Detail(part) => markdown_part(part),
     }
 }
 
@@ -144,7 +159,7 @@ fn html_part(part: &PagePart) -> String {
             let svg = figure.svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
             format!("<figure>{svg}</figure>\n")
         }
-        PagePart::Below(part) => html_part(part),
+        PagePart::Below(part) | PagePart::Detail(part) => html_part(part),
     }
 }
 

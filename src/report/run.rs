@@ -7,9 +7,6 @@ use stickslip_case::Case;
 use stickslip_engine::simulation::SolverWork;
 use stickslip_files::SavedRows;
 
-/// Width of a value, which stands next to the paper's.
-const VALUE: usize = 27;
-
 #[derive(Serialize)]
 pub(crate) struct RunSummary<'a> {
     pub status: &'static str,
@@ -46,43 +43,38 @@ impl Report for RunSummary<'_> {
         };
         let (method, rtol, wall_time) = (self.method, self.rtol, self.wall_time);
         let how = format!("method {method}, rtol {rtol:e}, t = 0 to {end} s in {wall_time:.3} s of wall time");
-        let said = self.witness.map(|witness| {
-            let statements = std::iter::once(&witness.statement).chain(&witness.repeated);
-            statements.cloned().collect::<Vec<_>>().join("\n")
-        });
-        Page::new(self.title, how)
-            .with(rows(&headline(case, summary)))
-            .with(work(&summary.work))
-            .with_all(said)
-            .with(&*self.file)
+        let rows = headline(case, summary);
+        // The first row is the events, which are too long for the column next to the paper's.
+        let (events, rows) = rows
+            .split_first()
+            .map_or(("", &[][..]), |(first, rows)| (&*first.value, rows));
+        let statements = self
+            .witness
+            .iter()
+            .flat_map(|witness| std::iter::once(&witness.statement).chain(&witness.repeated));
+        let end: Vec<&str> = statements.chain([&self.file]).map(String::as_str).collect();
+        Page::new(self.title, format!("{how}\n{events}"))
+            .with(table(rows))
+            .details([work(&summary.work)])
+            .with(end.join("\n"))
     }
 }
 
-fn rows(rows: &[HeadlineRow]) -> PageTable {
-    if rows.iter().all(|row| row.paper.is_empty()) {
-        return PageTable::pairs(rows.iter().map(|row| (row.name, row.value.clone())));
-    }
-    PageTable::of(rows)
-        .text("", |row| row.name)
-        .text("this run", |row| below(&row.value))
-        .text("paper", |row| row.paper)
-        .done()
-}
-
-/// A list wrapped to the width of values, so that the paper's values stay near.
-fn below(list: &str) -> String {
-    let mut text = String::new();
-    let mut length = 0;
-    for part in list.split_inclusive(", ") {
-        if length > 0 && length + part.trim_end().len() > VALUE {
-            text.truncate(text.trim_end().len());
-            text.push('\n');
-            length = 0;
-        }
-        text.push_str(part);
-        length += part.len();
-    }
-    text
+/// The main numbers of the run, then all others as details. The first is shown even if there is none.
+fn table(rows: &[HeadlineRow]) -> PageTable {
+    let is_brief = |(k, row): &(usize, &HeadlineRow)| row.is_main && (*k == 0 || row.value != "none");
+    let (main, others): (Vec<_>, Vec<_>) = rows.iter().enumerate().partition(is_brief);
+    let count = main.len();
+    let rows: Vec<&HeadlineRow> = main.into_iter().chain(others).map(|(_, row)| row).collect();
+    let table = match rows.iter().all(|row| row.paper.is_empty()) {
+        true => PageTable::pairs(rows.iter().map(|row| (row.name, row.value.clone()))),
+        false => PageTable::of(rows.iter().copied())
+            .text("", |row| row.name)
+            .text("this run", |row| &row.value)
+            .text("paper", |row| row.paper)
+            .done(),
+    };
+    table.brief(count)
 }
 
 fn work(solvers: &[SolverWork]) -> PageTable {

@@ -92,15 +92,22 @@ impl<'a> SweepSummary<'a> {
         }
     }
 
-    fn failures(&self) -> Vec<String> {
-        let head = match self.failed {
-            0 => return Vec::new(),
-            1 => "1 point failed:".to_owned(),
-            failed => format!("{failed} points failed; the first of them:"),
-        };
-        let failures = self.failures.iter();
-        let failures = failures.map(|failure| format!("  {}: {}", failure.point, failure.message));
-        std::iter::once(head).chain(failures).collect()
+    fn failures(&self) -> Option<String> {
+        let PointFailure { point, message } = self.failures.first()?;
+        Some(match self.failed {
+            1 => format!("1 point failed, {point}: {message}"),
+            failed => format!("{failed} points failed, the first {point}: {message}"),
+        })
+    }
+
+    /// The failures that the document lists, if there are several.
+    fn all_failures(&self) -> Option<PageTable> {
+        (self.failures.len() > 1).then(|| {
+            PageTable::of(&self.failures)
+                .count("point", |failure| failure.point)
+                .text("failed by", |failure| failure.message)
+                .done()
+        })
     }
 
     fn unfinished(&self) -> Option<String> {
@@ -134,13 +141,13 @@ impl<'a> SweepSummary<'a> {
         })
     }
 
-    fn distributions(&self) -> Page {
+    fn distributions(&self) -> Vec<(StudyColumn, Distribution)> {
         if !matches!(self.study.design, Design::Rows(_)) || self.shard.is_some() {
-            return Page::default();
+            return Vec::new();
         }
         let file = StudyFile::open(&self.report.file, schema::SWEEP_FORMAT).map_err(Error::from);
         let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
-        found.unwrap_or_default().iter().fold(Page::default(), distribution)
+        found.unwrap_or_default()
     }
 }
 
@@ -153,10 +160,12 @@ impl Report for SweepSummary<'_> {
         let lines = std::iter::once(self.work()).chain(self.failures());
         let lines: Vec<String> = lines.chain(self.unfinished()).chain(self.no_boundary()).collect();
         let table = (!self.curves.is_empty()).then(|| curve_table(&self.curves));
-        Page::new(title, lines.join("\n"))
+        let distributions = self.distributions();
+        let page = Page::new(title, lines.join("\n"))
             .with_all(table)
-            .with_all(self.distributions().parts)
-            .with(&*self.file)
+            .with_all((!distributions.is_empty()).then(|| summary(&distributions)))
+            .details(self.all_failures());
+        distributions.iter().fold(page, distribution).with(&*self.file)
     }
 }
 
@@ -196,6 +205,7 @@ fn curve_table(curves: &[BoundarySummary]) -> PageTable {
         .number("fold x", "", NUMBER, |curve| curve.nose.map(|fold| fold[0]))
         .number("y", "", NUMBER, |curve| curve.nose.map(|fold| fold[1]))
         .done()
+        .brief(MOST_ROWS)
 }
 
 /// Distribution of a quantity as a document.
@@ -231,28 +241,57 @@ impl<'a> DistributionSummary<'a> {
     }
 }
 
-/// Length of the longest bar of a histogram, in characters.
-const BAR: usize = 40;
+/// Rows of a table of curves or quantities that are no details.
+const MOST_ROWS: usize = 8;
 
-/// Adds how a quantity is distributed: percentiles and a histogram.
-pub(crate) fn distribution(page: Page, (quantity, found): &(StudyColumn, Distribution)) -> Page {
-    let unit = match &*quantity.units {
+/// How each quantity is distributed, in one line.
+pub(crate) fn summary(all: &[(StudyColumn, Distribution)]) -> PageTable {
+    let percentile =
+        |place: usize| move |(_, found): &(StudyColumn, Distribution)| digits(found).print(found.percentiles[place]);
+    PageTable::of(all)
+        .text("", |(quantity, _)| format!("{}{}", quantity.name, unit(quantity)))
+        .count("runs", |(_, found)| found.count)
+        .count("without", |(_, found)| found.without)
+        .only_if(all.iter().any(|(_, found)| found.without > 0))
+        .count("least", |(_, found)| digits(found).print(found.least))
+        .count("5 %", percentile(1))
+        .count("median", percentile(3))
+        .count("95 %", percentile(5))
+        .count("largest", |(_, found)| digits(found).print(found.largest))
+        .done()
+        .brief(MOST_ROWS)
+}
+
+fn unit(quantity: &StudyColumn) -> String {
+    match &*quantity.units {
         "1" => String::new(),
         units => format!(" ({units})"),
-    };
-    let without = match found.without {
-        0 => String::new(),
-        without => format!(", {without} without a value"),
-    };
-    // These digits resolve 1/100 of the interquartile range.
+    }
+}
+
+/// These digits resolve 1/100 of the interquartile range.
+fn digits(found: &Distribution) -> NumberFormat {
     let spread = found.percentiles[4] - found.percentiles[2];
     let size = found.least.abs().max(found.largest.abs());
-    let digits = if (1e-3..1e6).contains(&size) && (spread > 0.0 || size >= 1.0) {
+    if (1e-3..1e6).contains(&size) && (spread > 0.0 || size >= 1.0) {
         let step = if spread > 0.0 { spread } else { size };
         fixed((2.0 - step.log10().floor()).clamp(0.0, 12.0) as usize)
     } else {
         exponent(4)
+    }
+}
+
+/// Length of the longest bar of a histogram, in characters.
+const BAR: usize = 40;
+
+/// Adds how a quantity is distributed, as details: percentiles and a histogram.
+pub(crate) fn distribution(page: Page, (quantity, found): &(StudyColumn, Distribution)) -> Page {
+    let unit = unit(quantity);
+    let without = match found.without {
+        0 => String::new(),
+        without => format!(", {without} without a value"),
     };
+    let digits = digits(found);
     let heads = PERCENTILES.iter().zip(found.percentiles);
     let heads = heads.map(|(percent, value)| (format!("{percent} %"), value));
     let columns = std::iter::once(("least".to_owned(), found.least)).chain(heads);
@@ -269,6 +308,6 @@ pub(crate) fn distribution(page: Page, (quantity, found): &(StudyColumn, Distrib
         .text("", |bar| "#".repeat((bar.2 * BAR).div_ceil(most)))
         .done();
     let (name, runs) = (&quantity.name, found.count);
-    page.with(numbers.done().titled(format!("{name}{unit}: {runs} runs{without}")))
+    page.details([numbers.done().titled(format!("{name}{unit}: {runs} runs{without}"))])
         .below([histogram])
 }

@@ -70,7 +70,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
         .as_f64()
         .unwrap();
     assert!(same(period, &report["targets"][0]["here"]), "{period}");
-    let stdout = folder.ok("calibrate inertia.toml");
+    let stdout = folder.ok("calibrate inertia.toml -v");
     says(
         &stdout,
         "torsion.surface_inertia & natural_period & 1 of the targets hold &

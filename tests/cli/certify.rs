@@ -28,7 +28,7 @@ fn same(stored: f64, document: &serde_json::Value) -> bool {
 #[test]
 fn cli_certify_says_the_same_in_table_json_and_file() {
     let folder = Folder::new();
-    let (table, stderr) = folder.ends(&certify("paper-si", &["--digits", "9"]), 0);
+    let (table, stderr) = folder.ends(&certify("paper-si", &["--digits", "9", "-v"]), 0);
     assert_eq!(stderr, "");
     assert_eq!(folder.names(), ["paper-si.certified.h5"]);
     says(
@@ -157,7 +157,7 @@ fn cli_certify_the_oracle_has_the_last_word() {
     let series = certify("paper-si", &["--set", "solver.method=\"series\"", "--digits", "14"]);
     let (_, stderr) = folder.ends(&series, 1);
     assert!(stderr.contains("14 digits were asked for"), "{stderr}");
-    let table = folder.ok(&[series.as_slice(), &["--oracle"]].concat());
+    let table = folder.ok(&[series.as_slice(), &["--oracle", "-v"]].concat());
     says(
         &table,
         "converged: every event within & of the exact one & by the methods, s",
@@ -281,7 +281,7 @@ fn cli_certify_draws_the_onset_against_the_tolerance() {
 #[test]
 fn cli_certify_reruns_half_a_last_digit() {
     let folder = Folder::new();
-    let (table, stderr) = folder.ends(&certify("paper-si", &[]), 0);
+    let (table, stderr) = folder.ends(&certify("paper-si", &["-v"]), 0);
     assert_eq!(stderr, "");
     says(
         &table,
@@ -365,7 +365,7 @@ fn cli_certify_reruns_half_a_last_digit() {
 fn cli_certify_without_a_final_stick_has_no_reruns() {
     let folder = Folder::new();
     let (table, stderr) = folder.ends(
-        &certify("paper-si", &["--set", "output={end_time=0.1, interval=0.01}"]),
+        &certify("paper-si", &["-v", "--set", "output={end_time=0.1, interval=0.01}"]),
         0,
     );
     assert!(!table.contains("what moves the final stick"), "{table}");
@@ -391,6 +391,10 @@ fn cli_certify_by_the_oracle_where_it_can() {
     assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
     says(
         &stdout,
+        "by the exact solver & converged: every event within & friction.breakaway",
+    );
+    says(
+        &folder.ok("certify belt-leine -v"),
         "by the exact solver & 9.295999525480154883358229545972 & cvode-adams & agreeing &
          what moves the period of the attractor & friction.breakaway, 1 & stator_speed_0       m s-1",
     );

@@ -262,7 +262,7 @@ fn cli_requirements_are_not_met_by_what_is_not_covered() {
         folder.ends(&arguments, status).0
     };
     let stdout = half("missing<=0", 0);
-    assert!(stdout.contains(" of 95 events)"), "{stdout}");
+    assert!(stdout.contains(" of 95 events."), "{stdout}");
     half("onset<1e-6", 0);
     half("uncovered<=0", 1);
     half("final_stick<1", 1);
@@ -523,7 +523,7 @@ fn cli_columns_of_types_that_are_not_read_are_named() {
         let c = compared(&folder, &["types.npz", "--quick"]);
         assert_eq!(c["absent"][0]["what"], "phi1", "{c}");
         assert!(c["absent"][0]["why"].as_str().unwrap().contains(words[0]), "{c}");
-        let report = folder.ok("compare paper.h5 types.npz --quick");
+        let report = folder.ok("compare paper.h5 types.npz --quick -v");
         says(&report, &["not compared: phi1", words[0]]);
     }
 

@@ -91,7 +91,7 @@ fn cli_a_history_of_impulses_in_32_bits() {
     assert_eq!(found, (&false.into(), &true.into()));
 
     // The resolution is reported first.
-    let all = [&["compare", "paper.h5"][..], &arguments].concat();
+    let all = [&["compare", "paper.h5", "-v"][..], &arguments].concat();
     let stdout = folder.ok(&all);
     let paragraph = stdout.split("\n\n").nth(1).unwrap();
     assert!(

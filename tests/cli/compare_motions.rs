@@ -9,7 +9,7 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     folder.ok("run drill-string -q");
     let other = ["run", "drill-string", "-q", "--method", "cvode-bdf", "-o", "bdf.h5"];
     folder.ok(&other);
-    let (stdout, stderr) = folder.ends("compare drill-string.h5 bdf.h5 --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0", 0);
+    let (stdout, stderr) = folder.ends("compare drill-string.h5 bdf.h5 -v --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0", 0);
     assert_eq!(stderr, "");
     says(
         &stdout,
@@ -142,7 +142,7 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
         "runs.toml",
         "case = \"belt-leine\"\n[[series]]\nmethods = [\"erk\"]\ntolerances = [1e-6]\n[reference]\nmethod = \"series\"\n",
     );
-    let stdout = folder.ok("work-precision runs.toml");
+    let stdout = folder.ok("work-precision runs.toml -v");
     assert!(stdout.contains("Reference: series at rtol 1e-13"), "{stdout}");
     folder.write(
         "truth.toml",

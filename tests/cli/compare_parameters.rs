@@ -130,7 +130,7 @@ fn cli_long_another_breakaway_is_named_with_its_coefficient() {
     assert_eq!(found, "friction.breakaway", "{verdict}");
     assert!((value - 0.62).abs() < 1e-5, "{value}");
     // The printed report has the same verdict.
-    let text = folder.ok("compare paper.h5 mine.csv --events events.csv");
+    let text = folder.ok("compare paper.h5 mine.csv --events events.csv -v");
     assert!(text.contains("friction.breakaway (mu_0) = 0.62"), "{text}");
 }
 

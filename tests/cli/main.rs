@@ -30,6 +30,7 @@ mod plot_motions;
 mod plot_print;
 mod plot_studies;
 mod reference_pages;
+mod reports;
 mod run;
 mod shards;
 mod signals;

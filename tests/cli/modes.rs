@@ -88,7 +88,7 @@ fn cli_modes_without_an_instability_says_why() {
 #[test]
 fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let folder = Folder::new();
-    let steep = ["modes", "--set", "friction.decay=1e6"];
+    let steep = ["modes", "-v", "--set", "friction.decay=1e6"];
     let table = folder.ok(&steep);
     assert!(table.contains("shorter than one oscillation"), "{table}");
     assert!(table.contains("not counted: no oscillation fits in"), "{table}");
@@ -104,7 +104,7 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let gained = number("e_folds_gained");
     assert!((gained - expected).abs() < 0.05 * expected.abs(), "{gained} {expected}");
     assert!(number("smooth_end") - number("time") < document["natural_period"].as_f64().unwrap());
-    let table = folder.ok("modes");
+    let table = folder.ok("modes -v");
     assert!(!table.contains("shorter than one oscillation"), "{table}");
 }
 
@@ -135,7 +135,7 @@ fn cli_modes_names_the_points_of_a_friction_table() {
 #[test]
 fn cli_modes_of_trains() {
     let folder = Folder::new();
-    let (table, stderr) = folder.ends("modes belt-exponential", 0);
+    let (table, stderr) = folder.ends("modes belt-exponential -v", 0);
     assert_eq!(stderr, "");
     let document = folder.json("modes belt-exponential");
     assert_eq!(document["motion"], "translation");
@@ -170,7 +170,7 @@ fn cli_modes_of_trains() {
 fn cli_modes_of_every_case_of_trains() {
     let folder = Folder::new();
     for case in stickslip::case::builtin::TRAINS {
-        let (table, stderr) = folder.ends(&["modes", case.name], 0);
+        let (table, stderr) = folder.ends(&["modes", case.name, "-v"], 0);
         assert_eq!(stderr, "", "{}", case.name);
         assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
         let wide = table

@@ -360,8 +360,8 @@ fn cli_a_sample_has_its_distribution() {
         assert!(bar[2].as_u64().unwrap().abs_diff(inside) <= 1, "{bar}: {inside}");
     }
     assert_eq!(bars.iter().map(|bar| bar[2].as_u64().unwrap()).sum::<u64>(), 64);
-    let text = folder.ok("plot map.h5");
-    let report = folder.ok("sweep map.toml -j 1");
+    let text = folder.ok("plot map.h5 -v");
+    let report = folder.ok("sweep map.toml -j 1 -v");
     for said in [&text, &report] {
         says(said, &["onset_time (s): 64 runs", "50 %", "####"]);
     }

@@ -53,7 +53,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     assert!(folder.read("pictures/work-precision.png").starts_with(b"\x89PNG"));
 
     // The study's own earlier file and figure are replaced. The table has a row for each run.
-    let table = folder.ok("work-precision small.toml --figure pictures");
+    let table = folder.ok("work-precision small.toml --figure pictures -v");
     says(&table, &["erk-verner-76", "the exact solver with"]);
     // `inspect` recognises the file, and a file of another origin is not replaced. A folder in the place of the lock
     // is not replaced, either.

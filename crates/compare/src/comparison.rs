@@ -39,6 +39,8 @@ pub struct Comparison {
     pub found_time_offset: Option<FoundOffset>,
     /// Result in one line.
     pub verdict: String,
+    /// The same in two or three short lines: whether the runs agree or where they part, the likely cause, what to do next.
+    pub summary: Vec<String>,
     /// Causes of the differences, the most fundamental first.
     pub causes: Vec<Diagnosis>,
     /// A difference that none of the changes to the reference's run reproduces. Otherwise written as `null`, because
@@ -440,6 +442,7 @@ impl Comparison {
             text += &out.words();
         }
         self.verdict = text;
+        self.find_summary();
     }
 }
 

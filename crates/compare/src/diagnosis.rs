@@ -107,6 +107,8 @@ pub struct Diagnosis {
     pub cause: CauseKind,
     /// Evidence, with numbers.
     pub evidence: String,
+    /// The values that differ, and what the reference's run with them has; empty if the evidence says it as shortly.
+    pub brief: String,
     /// Part of the squared difference from the reference, of samples or else of event times, that the reference's run
     /// with this change removes, 0 to 1; `None` if the candidate's own case shows the cause.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,6 +120,7 @@ impl Diagnosis {
         Diagnosis {
             cause,
             evidence,
+            brief: String::new(),
             explained: None,
         }
     }
@@ -233,7 +236,17 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
     if cause == CauseKind::RegularisedLaw {
         causes.retain(|known| !matches!(known.cause, CauseKind::VelocityTolerance | CauseKind::StickTest));
     }
-    causes.insert(0, Diagnosis::shown(cause, evidence));
+    let each = differences.iter().take(2);
+    let each = each.map(|d| format!("{} = {} instead of {}", d.key, d.candidate, d.reference));
+    let more = if differences.len() > 2 { ", and more" } else { "" };
+    let brief = format!("{}{more}.", each.collect::<Vec<_>>().join(", "));
+    causes.insert(
+        0,
+        Diagnosis {
+            brief,
+            ..Diagnosis::shown(cause, evidence)
+        },
+    );
 }
 
 /// A channel, or the time, that differs from the reference by the factor of a unit.

@@ -67,6 +67,7 @@ mod score;
 mod states;
 #[doc(hidden)]
 pub mod statistics;
+mod summary;
 #[doc(hidden)]
 pub mod survey;
 mod trajectory;
@@ -438,6 +439,7 @@ impl Reference {
             time_offset: Some(candidate.clock.offset).filter(|offset| *offset != 0.0),
             found_time_offset: applied.or(proposed),
             verdict: String::new(),
+            summary: Vec::new(),
             causes,
             case_differences: candidate.differences().to_vec(),
             parameters: found_causes.parameters,

@@ -57,8 +57,13 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
             let figures = figures((&reference, &mapping), c, (target.output.path(), number));
-            // The figures follow the paragraph about the files.
-            page.parts.splice(1..1, figures);
+            // The figures follow the statistics, and the resolution before them.
+            let place = page
+                .parts
+                .iter()
+                .take_while(|part| !matches!(part, PagePart::Detail(_)))
+                .count();
+            page.parts.splice(place..place, figures);
             page
         };
         let mut pages: Vec<_> = comparisons.iter().enumerate().map(page).collect();

@@ -1,6 +1,6 @@
 //! Contents of a comparison's report, common to all formats.
 
-use crate::report::{NumberFormat, Page, PagePart, PageTable, exponent, fixed};
+use crate::report::{NumberFormat, Page, PageTable, exponent, fixed};
 use stickslip_compare::{ChannelErrors, Comparison, Score, Statistic};
 use stickslip_system::record::sequence::{Difference, Fault};
 
@@ -10,24 +10,29 @@ pub(super) enum Length {
     Whole,
 }
 
+/// Rows of the statistics that are no details.
+const MOST_STATISTICS: usize = 3;
+
 /// Most differences between the sequences that are listed on a terminal.
 const LISTED: usize = 10;
 
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
-    // The resolution comes first, because it limits all results below.
-    let mut parts: Vec<PagePart> = resolution(c).into_iter().map(PagePart::Text).collect();
-    parts.push(PagePart::Text(what_was_read(c)));
-    parts.extend(hysteresis(c).map(PagePart::Text));
-    for cause in c.causes.iter().skip(1) {
-        parts.push(PagePart::Text(format!("also: {}", cause.evidence)));
-    }
-    parts.push(PagePart::Table(statistics(c)));
-    parts.extend(c.score.as_ref().map(|found| PagePart::Table(score(found))));
-    if let Some(command) = &c.score_command {
-        parts.push(PagePart::Text(format!("score by the rules of the set: {command}")));
-    }
-    parts.extend(c.parameters.as_ref().map(|found| PagePart::Table(numbers(found))));
+    let title = format!("{} against {}", c.candidate, c.reference);
     let e = &c.event_errors;
+    let also = c.causes.iter().skip(1);
+    let mut page = Page::new(title, c.summary.join("\n"))
+        // The resolution comes first, because it limits all results below.
+        .with_all(resolution(c))
+        .with(statistics(c))
+        .details([what_was_read(c)])
+        .details([format!("In full: {}.", c.verdict)])
+        .details(also.map(|cause| format!("also: {}", cause.evidence)))
+        .details(hysteresis(c))
+        .details(c.score.as_ref().map(score));
+    if let Some(command) = &c.score_command {
+        page = page.details([format!("score by the rules of the set: {command}")]);
+    }
+    page = page.details(c.parameters.as_ref().map(numbers));
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
         let mut text = format!(
             "{} matched events: largest error {max:.2e} s at {at:.9} s, rms {rms:.2e} s",
@@ -37,44 +42,35 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             let (within, bound) = (e.within(), e.largest_bound());
             text += &format!("; {within} are within what the samples resolve, {bound:.1e} s at most");
         }
-        parts.push(PagePart::Text(text));
+        page = page.details([text]);
     }
-    if let Some(wrong) = &c.first_wrong {
-        parts.push(PagePart::Text(format!("first wrong event: {}", wrong.words())));
-    }
-    if let Some(cycles) = &c.cycles {
-        parts.push(PagePart::Text(growth(cycles)));
-    }
+    let wrong = c
+        .first_wrong
+        .as_ref()
+        .map(|wrong| format!("first wrong event: {}", wrong.words()));
+    page = page.details(wrong).details(c.cycles.as_ref().map(growth));
     if !c.sequence.is_empty() {
         let shown = if length == Length::Screen { LISTED } else { usize::MAX };
-        parts.push(PagePart::Table(sequence(&c.sequence, shown)));
-        if c.sequence.len() > shown {
-            parts.push(PagePart::Text(format!("and {} more", c.sequence.len() - shown)));
-        }
+        let more = c.sequence.len().saturating_sub(shown);
+        page = page
+            .details([sequence(&c.sequence, shown)])
+            .details((more > 0).then(|| format!("and {more} more")));
     }
-    parts.extend(channels(c).into_iter().map(PagePart::Table));
+    page = page.details(channels(c));
     if !c.impulses.is_empty() {
-        parts.push(PagePart::Table(impulses(c)));
-        parts.extend(impulse_notes(c).into_iter().map(PagePart::Text));
+        page = page.details([impulses(c)]).details(impulse_notes(c));
     }
-    if let Some(text) = samples(c) {
-        parts.push(PagePart::Text(text));
-    }
-    if let Some(drift) = &c.energy_drift {
-        parts.push(PagePart::Text(energy(drift)));
-    }
+    page = page.details(samples(c)).details(c.energy_drift.as_ref().map(energy));
     if !c.absent.is_empty() {
         let why = c.absent.iter().map(|absent| format!("{}: {}", absent.what, absent.why));
         let why = why.collect::<Vec<_>>().join("; ");
-        parts.push(PagePart::Text(format!("not compared: {why}")));
+        page = page.details([format!("not compared: {why}")]);
     }
     if length == Length::Whole && e.matched > 0 {
-        parts.push(PagePart::Table(events(c)));
+        page = page.details([events(c)]);
         // The growth summarises runs with many cycles; --json contains every event.
         let more = e.events.len().saturating_sub(most_events(c));
-        if more > 0 {
-            parts.push(PagePart::Text(format!("and {more} more, which --json has")));
-        }
+        page = page.details((more > 0).then(|| format!("and {more} more, which --json has")));
     }
     if !c.case_differences.is_empty() {
         let table = PageTable::of(&c.case_differences)
@@ -82,13 +78,9 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             .text("reference", |d| &d.reference)
             .text("candidate", |d| &d.candidate)
             .done();
-        parts.push(PagePart::Table(table.titled("keys of the case that differ")));
+        page = page.details([table.titled("keys of the case that differ")]);
     }
-    Page {
-        title: format!("{} against {}", c.candidate, c.reference),
-        verdict: c.verdict.clone(),
-        parts,
-    }
+    page
 }
 
 fn score(score: &Score) -> PageTable {
@@ -321,6 +313,7 @@ fn statistics(c: &Comparison) -> PageTable {
         .count("candidate", |row| &row[2])
         .count("error", |row| &row[3])
         .done()
+        .brief(MOST_STATISTICS)
 }
 
 fn sequence(differences: &[Difference], shown: usize) -> PageTable {

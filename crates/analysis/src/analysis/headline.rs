@@ -20,7 +20,28 @@ pub struct HeadlineRow {
     pub value: String,
     /// The paper's value, or an empty string.
     pub paper: &'static str,
+    /// Whether it is one of the main numbers, which a short report shows.
+    #[serde(skip)]
+    pub is_main: bool,
 }
+
+const CROSSINGS: &str = "falls below the threshold in a period";
+
+/// Names of the main numbers.
+const MAIN: [&str; 12] = [
+    "events",
+    "onset of stick-slip",
+    "final stick",
+    "slip duration, first / last",
+    "stick duration, first",
+    "stick duration, last",
+    "first stick",
+    "motion",
+    "period",
+    "sticks in a period",
+    CROSSINGS,
+    "amplitude",
+];
 
 /// Lines of a run in reading order, beside the paper's numbers for the paper's own case.
 pub fn headline(case: &Case, summary: &Summary) -> Vec<HeadlineRow> {
@@ -179,7 +200,12 @@ fn of_stop(summary: &Summary) -> Vec<HeadlineRow> {
         (HEAT, or_none(summary.dissipated_energy, heat), ""),
         ("energy residual", residual, ""),
     ]
-    .map(|(name, value, paper)| HeadlineRow { name, value, paper })
+    .map(|(name, value, paper)| HeadlineRow {
+        name,
+        value,
+        paper,
+        is_main: MAIN.contains(&name),
+    })
     .into()
 }
 
@@ -227,7 +253,14 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
     let (angle, speed) = units(motion);
     let seconds = |range: Option<(f64, f64)>| or_none(range, |(least, most)| format!("{least:.9} to {most:.9} s"));
     let mut rows = Vec::new();
-    let mut row = |name: &'static str, value: String| rows.push(HeadlineRow { name, value, paper: "" });
+    let mut row = |name: &'static str, value: String| {
+        rows.push(HeadlineRow {
+            name,
+            value,
+            paper: "",
+            is_main: MAIN.contains(&name),
+        });
+    };
     row("events", events(&summary.stick_slip));
     row("first stick", or_none(summary.onset_time, |t| format!("{t:.9} s")));
     row("slip duration, range", seconds(summary.slip_duration_range));
@@ -256,8 +289,7 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
             };
             row("period", format!("{} s{of_forcing}", known(*period, *period)));
             // Without sticking, bounces across the threshold also count.
-            let crossings = "falls below the threshold in a period";
-            let name = summary.stick_threshold.map_or("sticks in a period", |_| crossings);
+            let name = summary.stick_threshold.map_or("sticks in a period", |_| CROSSINGS);
             row(name, sticks.to_string());
             if let Some(extremes) = extremes {
                 let position = known_range(extremes.position);
@@ -329,20 +361,31 @@ const KINDS: [(&[EventKind], &str, &str); 8] = [
     (&[EventKind::Corner], "corner", "corners"),
     (
         &[EventKind::Destabilised, EventKind::Restabilised],
-        "change of stability",
-        "changes of stability",
+        "stability change",
+        "stability changes",
     ),
 ];
 
-/// Number of events, and the count of each group. Sticks and slips are always named.
+/// The number of contact events, which comparisons and reference checks count too, and behind it the other events. Sticks
+/// and slips are always named.
 pub(crate) fn events(statistics: &CycleStatistics) -> String {
-    let count = |&(kinds, one, several): &(&[EventKind], &str, &str)| match statistics.count(kinds) {
-        0 if !matches!(kinds, [EventKind::Stick | EventKind::Slip]) => None,
-        1 => Some(format!("1 {one}")),
-        n => Some(format!("{n} {several}")),
+    let counts = |is_counted: bool| {
+        let count = move |(kinds, one, several): &(&[EventKind], &str, &str)| match statistics.count(kinds) {
+            _ if kinds[0].in_event_sequence() != is_counted => None,
+            0 if !matches!(kinds, [EventKind::Stick | EventKind::Slip]) => None,
+            1 => Some(format!("1 {one}")),
+            n => Some(format!("{n} {several}")),
+        };
+        KINDS.iter().filter_map(count).collect::<Vec<_>>().join(", ")
     };
-    let kinds: Vec<String> = KINDS.iter().filter_map(count).collect();
-    format!("{} ({})", statistics.count(&EventKind::ALL), kinds.join(", "))
+    let counted = EventKind::ALL.into_iter().filter(|kind| kind.in_event_sequence());
+    let number = match statistics.count(&counted.collect::<Vec<_>>()) {
+        1 => "1 contact event".to_owned(),
+        n => format!("{n} contact events"),
+    };
+    let others = counts(false);
+    let separator = if others.is_empty() { "" } else { ", " };
+    format!("{number} ({}){separator}{others}", counts(true))
 }
 
 /// Value in words; "none" without a value.

@@ -12,11 +12,12 @@
 //! | `motion` | a run of a case, sampled like the candidate |
 //! | `fit` | parameters that may differ, and the fit of values by runs |
 //! | `equations` | parameters read off the samples: start values, and evidence that needs no run |
-//! | `report`, `parameters` | the causes in words and data |
+//! | `report`, `brief`, `parameters` | the causes in words and data |
 //! | `filing`, `clock` | mistakes in a file of a right motion |
 //! | `changed`, `kick`, `number`, `smooth`, `late` | mistakes of the case, and of single events |
 //! | `stepper`, `steps` | solvers with steps |
 
+mod brief;
 mod changed;
 pub mod clock;
 pub mod equations;

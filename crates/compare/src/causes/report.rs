@@ -200,9 +200,9 @@ impl Reference {
                 if !all[0].cause.is_of_file() {
                     words += &search.others(kind, &all);
                 }
-                causes
-                    .said
-                    .insert(0, Diagnosis::tried(kind, words, all[0].judged.explained));
+                let brief = search.brief(kind, &all[0], &causes);
+                let said = Diagnosis::tried(kind, words, all[0].judged.explained);
+                causes.said.insert(0, Diagnosis { brief, ..said });
             }
             FoundCauses::Unexplained(tried) => {
                 let digit = symptoms.last_digit_of_angles();

@@ -1,0 +1,255 @@
+//! The verdict of a comparison in short: whether the runs agree or where they part, the likely cause, what to do next.
+
+use super::causes::EXPLAINED;
+use super::comparison::{Comparison, Unexplained};
+use super::diagnosis::{CauseKind, percent};
+use super::event_errors::CycleErrors;
+use super::follows::Follows;
+use super::states::Phase;
+use stickslip_system::record::sequence::{Difference, Fault};
+
+/// Errors of all cycles that differ by less than this part of the largest are one constant.
+const CONSTANT: f64 = 0.01;
+
+/// A time with two digits: "1.0 ms", "0.14 s".
+pub(crate) fn seconds(seconds: f64) -> String {
+    const UNITS: [(f64, &str); 5] = [(1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"), (1e-12, "ps")];
+    // 0.1 s and more are seconds, as people say it.
+    let fits = |(size, unit): &&(f64, &str)| seconds.abs() >= if *unit == "s" { 0.1 } else { 0.9995 * size };
+    let (size, unit) = UNITS.iter().find(fits).unwrap_or(&UNITS[4]);
+    let value = seconds / size;
+    match value.abs() {
+        0.0 => "0 s".to_owned(),
+        small if small < 1.0 => format!("{value:.2} {unit}"),
+        middle if middle < 10.0 => format!("{value:.1} {unit}"),
+        _ => format!("{value:.0} {unit}"),
+    }
+}
+
+impl CycleErrors {
+    /// Whether all errors are one constant.
+    fn is_constant(&self) -> bool {
+        let same = CONSTANT * self.largest;
+        !self.drifts && self.scatter < same && (self.last - self.first).abs() < same
+    }
+
+    /// For example "constant error: every event is 0.14 s early"; `None` without a drift or a constant.
+    fn words(&self) -> Option<String> {
+        if self.drifts {
+            let [per_cycle, first, last] = [self.per_cycle, self.first, self.last].map(signed);
+            return Some(format!(
+                "the error drifts by {per_cycle} per cycle, from {first} to {last}"
+            ));
+        }
+        let side = if self.first < 0.0 { "early" } else { "late" };
+        let by = seconds(self.first.abs());
+        self.is_constant()
+            .then(|| format!("constant error: every {} is {by} {side}", self.of))
+    }
+}
+
+fn signed(time: f64) -> String {
+    let sign = if time < 0.0 { "" } else { "+" };
+    format!("{sign}{}", seconds(time))
+}
+
+impl Comparison {
+    /// Two or three short lines.
+    pub(super) fn find_summary(&mut self) {
+        let lines = std::iter::once(self.agreement())
+            .chain(self.likely_cause())
+            .chain(self.next());
+        self.summary = lines.collect();
+    }
+
+    /// Whether the events agree, or where they part.
+    fn agreement(&self) -> String {
+        let (errors, all) = (&self.event_errors, self.reference_events + self.uncovered);
+        let cover = match self.uncovered {
+            0 => String::new(),
+            _ if self.reference_events == 0 => {
+                return format!("The candidate covers none of the {all} events of the reference.");
+            }
+            _ => format!(" The candidate covers {} of {all} events.", self.reference_events),
+        };
+        let digits = self.digits();
+        let states = digits.map(|digits| match digits {
+            none if none < 0.0 => " The states do not agree.".to_owned(),
+            one if one < 1.5 => " The states agree to one digit at most.".to_owned(),
+            digits => format!(" The states agree to {digits:.0} digits."),
+        });
+        let states = states.unwrap_or_default();
+        if let Some(first) = self.sequence.first() {
+            return self.parted(first) + &cover;
+        }
+        let Some(max) = errors.max else {
+            return match all {
+                0 => format!("Neither run has an event.{states}"),
+                _ => format!("No event could be compared.{states}"),
+            };
+        };
+        let events = match errors.matched {
+            1 => "The event agrees".to_owned(),
+            all => format!("All {all} events agree"),
+        };
+        let times = match max {
+            0.0 => "at the same times".to_owned(),
+            _ => format!("within {}", seconds(max)),
+        };
+        let how = match &self.first_wrong {
+            Some(wrong) => {
+                let text = match errors.matched {
+                    1 => "The event comes at another time".to_owned(),
+                    all => format!("All {all} events come in the same order, but not at the same times"),
+                };
+                let cycles = self.cycles.as_ref().and_then(CycleErrors::words);
+                let first = |error: f64| {
+                    let (kind, time, by) = (wrong.kind, wrong.time, seconds(error.abs()));
+                    let side = if error < 0.0 { "early" } else { "late" };
+                    format!("the {kind} at {time:.6} s is {by} {side}")
+                };
+                let first = || wrong.error.map_or_else(|| wrong.words(), first);
+                format!("{text}: {}.", cycles.unwrap_or_else(first))
+            }
+            None if self.agrees_to_resolution => {
+                let bound = seconds(errors.largest_bound());
+                format!("{events} {times}; the samples resolve {bound}.")
+            }
+            None => {
+                let cycles = self.cycles.as_ref().filter(|_| !self.causes.is_empty());
+                let cycles = cycles.and_then(CycleErrors::words);
+                let cycles = cycles.map_or_else(String::new, |words| format!("; {words}"));
+                format!("{events} {times}{cycles}.")
+            }
+        };
+        how + &states + &cover
+    }
+
+    fn parted(&self, first: &Difference) -> String {
+        let what = match first.fault {
+            Fault::Missing => "is missing".to_owned(),
+            Fault::Spurious => "is not in the reference".to_owned(),
+            Fault::Doubled => "is there twice".to_owned(),
+            Fault::Swapped => "has changed places with its neighbour".to_owned(),
+            Fault::Renamed => format!("is a {} instead", first.candidate_kind.unwrap_or("different event")),
+        };
+        let before = self.event_errors.events.iter().filter(|event| event.time < first.time);
+        let largest = before.map(|event| event.error.abs()).fold(0.0, f64::max);
+        let before = match first.position {
+            0 => String::new(),
+            count => format!(" The {count} events before it are within {}.", seconds(largest)),
+        };
+        let (kind, time) = (first.kind, first.time);
+        format!(
+            "The events part: the {kind} at {time:.9} s {what} ({} missing, {} spurious).{before}",
+            self.missing, self.spurious
+        )
+    }
+
+    /// Fewest digits of a channel. Where some events match, segments of one run alone are not its states.
+    fn digits(&self) -> Option<f64> {
+        let counts = |phase: Phase| phase != Phase::Apart || self.event_errors.max.is_none();
+        let rated = self.channels.iter().filter(|row| counts(row.phase));
+        rated.filter_map(|row| row.mescd).min_by(f64::total_cmp)
+    }
+
+    fn likely_cause(&self) -> Option<String> {
+        if let Some(first) = self.causes.first() {
+            let brief = match first.brief.is_empty() {
+                true => format!("{}.", first.evidence),
+                false => first.brief.clone(),
+            };
+            return Some(format!("Likely cause: {}: {brief}", first.cause.name()));
+        }
+        let unexplained = self.unexplained.as_ref()?;
+        let mut text = match self.out_of_time {
+            Some(_) => "No cause was found in the time that was allowed".to_owned(),
+            None => "No single cause explains the difference".to_owned(),
+        };
+        if let Some(begins) = unexplained.begins {
+            text += &format!(", which begins at {begins:.6} s, {}", unexplained.during);
+        }
+        match &unexplained.follows {
+            Some(Follows { holds: true, .. }) => text += ". Between its events it follows the equations",
+            Some(Follows { channels, .. }) => {
+                text += &format!(". It does not follow the equations of {}", channels.join(" and "))
+            }
+            None => {}
+        }
+        if let Some(interval) = self.within_an_interval() {
+            let interval = seconds(interval);
+            text += &format!(
+                ". Every event is within one interval of the samples ({interval}), as with events at the ends of steps"
+            );
+        } else if let Some(closest) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
+            let part = percent(closest.explained);
+            let why_not = if closest.explained >= EXPLAINED {
+                closest.why_not
+            } else {
+                ""
+            };
+            text += &format!(". The closest is {} ({part} %){why_not}", closest.cause.name());
+        }
+        Some(text + ".")
+    }
+
+    /// The interval of the samples (s), if no event is missing or off by more.
+    fn within_an_interval(&self) -> Option<f64> {
+        let (max, interval) = (self.event_errors.max?, self.interval?);
+        (self.sequence.is_empty() && max <= interval).then_some(interval)
+    }
+
+    fn next(&self) -> Option<String> {
+        let what = match (self.causes.first(), &self.unexplained) {
+            (Some(first), _) => advice(first.cause).to_owned(),
+            (None, Some(_)) if self.within_an_interval().is_some() => advice(CauseKind::EventsLate).to_owned(),
+            (
+                None,
+                Some(Unexplained {
+                    would_tell: Some(more), ..
+                }),
+            ) => format!("add {more} to the candidate, which would tell more"),
+            (None, Some(_)) if self.out_of_time.is_some() => "allow more time (--max-wall-time)".to_owned(),
+            (None, Some(_)) => format!(
+                "see where they part: stickslip plot {} --candidate {}",
+                self.reference, self.candidate
+            ),
+            (None, None) => match &self.score_command {
+                Some(command) => format!("score it by the rules of the set: {command}"),
+                None if self.agrees_to_resolution => {
+                    "give its events (--events FILE) to have the solver judged, not its sampling".to_owned()
+                }
+                None => return None,
+            },
+        };
+        Some(format!("Next: {what}."))
+    }
+}
+
+/// What to do about a cause.
+fn advice(cause: CauseKind) -> &'static str {
+    match cause {
+        CauseKind::WrongUnits => "name the unit of the column (--column NAME=COLUMN:UNIT)",
+        CauseKind::AnotherCase => "run both with one case; -v lists the keys that differ",
+        CauseKind::UnperturbedRun => "apply the kick of the case, or compare with a reference without one",
+        CauseKind::UnresolvedMode | CauseKind::StepTooLarge => "take smaller steps, or write more samples",
+        CauseKind::VelocityTolerance => "declare a stick at a lower relative velocity",
+        CauseKind::StickTest => "test breakaway as the reference does (contact.breakaway_test, friction.breakaway)",
+        CauseKind::AbsoluteAngles => "integrate the twists instead of the angles",
+        CauseKind::AnotherParameter => "correct the value, and compare again",
+        CauseKind::AnotherKick => "apply the kick of the reference",
+        CauseKind::RegularisedLaw => "let the contact stick, or compare with a reference that has the smooth law",
+        CauseKind::EventsLate => "locate events within the step, or take smaller steps",
+        CauseKind::EventLate => "look at this event in your solver",
+        CauseKind::LowOrderMethod => "take smaller steps, or a method of higher order",
+        CauseKind::AnotherState => "begin in the state of the reference",
+        CauseKind::TimeOffset => "repeat with --time-offset auto",
+        CauseKind::ClockRate => "check the unit and the step of the times",
+        CauseKind::ChannelOffset => "subtract the constant from the column",
+        CauseKind::SwappedColumns => "assign the columns (--column NAME=COLUMN)",
+        CauseKind::RepeatedRows => "write every step once",
+        CauseKind::MovingAverage | CauseKind::LowPassFilter => "compare samples that are not filtered",
+        CauseKind::HalfStep => "write positions and speeds of the same time",
+        CauseKind::MissedBreakaway => "look for breakaway within the step, or take smaller steps",
+    }
+}
