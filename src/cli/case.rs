@@ -10,16 +10,17 @@ use stickslip_analysis::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip_analysis::continuation::{CONTINUATIONS, ContinuationStudy};
 use stickslip_analysis::sweep::{STUDIES, Study, StudySource};
 use stickslip_case::builtin::{self, BuiltIn};
-use stickslip_case::{Case, CaseError, CaseSource, Origin};
+use stickslip_case::{Case, CaseError, CaseSource, Origin, suggest};
+use stickslip_system::quote::shown;
 
 /// Built-in studies: command, studies, title of one.
-type StudiesOfCommand = (
+pub(super) type StudiesOfCommand = (
     &'static str,
     &'static [BuiltIn],
     fn(StudySource) -> Result<String, CaseError>,
 );
 
-const OF_COMMANDS: [StudiesOfCommand; 4] = [
+pub(super) const OF_COMMANDS: [StudiesOfCommand; 4] = [
     ("sweep", STUDIES, |source| Ok(Study::parse(source, &[])?.head.title)),
     ("calibrate", CALIBRATIONS, |source| {
         Ok(CalibrationStudy::parse(source, &[])?.runs.head.title)
@@ -82,6 +83,20 @@ struct CaseText<'a> {
     text: &'a str,
 }
 
+fn unknown(name: &str) -> Error {
+    let cases: Vec<&str> = builtin::all().iter().map(|case| case.name).collect();
+    let studies = OF_COMMANDS.into_iter().flat_map(|(_, studies, _)| studies);
+    let studies: Vec<&str> = studies.map(|study| study.name).collect();
+    let close = suggest(name, cases.iter().chain(&studies).copied());
+    let hint = close.map_or_else(String::new, |close| format!(" (did you mean {close}?)"));
+    Error::input(format!(
+        "there is no built-in case or study \"{}\"{hint}; the cases are {}; the studies are {}",
+        shown(name),
+        cases.join(", "),
+        studies.join(", ")
+    ))
+}
+
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, Error> {
     let Some(name) = &options.name else {
         return show(common, &listed()?);
@@ -92,7 +107,7 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd,
             text: study.text.to_owned(),
             origin: Origin::BuiltIn(study.name.to_owned()),
         },
-        None => CaseSource::built_in(name)?,
+        None => CaseSource::built_in(name).map_err(|_| unknown(name))?,
     };
     let text = &source.text;
     match common.json {
