@@ -64,8 +64,11 @@ fn unknown_option(given: &str, similar: Option<&str>, command: Option<&clap::Com
     let mut keys: Vec<&str> = Vec::new();
     if has_set {
         let all = schema::keys().chain(train_keys()).map(|key| key.path);
-        keys.extend(all.filter(|path| *path == name || path.rsplit('.').next() == Some(&name)));
-        keys.dedup();
+        for path in all.filter(|path| *path == name || path.rsplit('.').next() == Some(&name)) {
+            if !keys.contains(&path) {
+                keys.push(path);
+            }
+        }
     }
     let keys = keys
         .iter()
@@ -206,10 +209,10 @@ pub(super) fn refuse_uncomputed(command: &Command) -> Result<(), Error> {
                 known.what(),
                 known.command(&name)
             );
-            return Err(Error::of_file(path, why));
+            return Err(Error::of_file(path, why).placed(path));
         }
         match written_by(path).filter(|_| !path.exists()) {
-            Some(command) => Err(Error::of_file(path, format!("no such file; `{command}` writes it"))),
+            Some(command) => Err(Error::of_file(path, format!("no such file; `{command}` writes it")).placed(path)),
             None => Ok(()),
         }
     })

@@ -317,12 +317,12 @@ fn cli_a_study_is_no_case_and_a_case_no_study() {
         ("critical-curve", "sweep"),
         ("paper-decay", "calibrate"),
         ("belt-branches", "continue"),
-        ("paper-methods", "work-precision"),
+        ("work-precision", "work-precision"),
     ] {
-        let file = format!("{study}.toml");
-        folder.write(&file, folder.ok(&format!("case {study}")));
+        let file = &*format!("{study}.toml");
+        folder.write(file, folder.ok(&format!("case {study}")));
         for wrong in ["run", "certify", "modes", "cycle"] {
-            for (name, what) in [(study, "a built-in study"), (&file, "a study")] {
+            for (name, what) in [(study, "a built-in study"), (file, "a study")] {
                 let said = folder.refused(&[wrong, name], "");
                 assert_eq!(
                     said,
@@ -331,11 +331,12 @@ fn cli_a_study_is_no_case_and_a_case_no_study() {
             }
         }
         for wrong in ["sweep", "calibrate", "continue", "work-precision"] {
-            let words = match wrong == command {
-                true => continue,
-                false => format!("{file} is a study for another command: stickslip {command} {file}"),
-            };
-            folder.refused(&[wrong, &file], &[words]);
+            // The axes of a continuation may be those of a sweep whose points were forgotten.
+            if wrong == command || (wrong, command) == ("sweep", "continue") {
+                continue;
+            }
+            let words = format!("{file} is a study for another command: stickslip {command} {file}");
+            folder.refused(&[wrong, file], &[words]);
             folder.refused(&[wrong, "mine.toml"], "mine.toml is a case: stickslip run mine.toml");
             folder.refused(&[wrong, "paper"], "paper is a built-in case: stickslip run paper");
         }
@@ -507,15 +508,19 @@ fn cli_errors_have_one_voice() {
 #[test]
 fn cli_progress_does_not_flash() {
     let folder = Folder::new();
-    let said = in_terminal(&folder, "run --end-time 0.01 --interval 1e-3", false);
-    assert!(
-        said.contains("Two-disk brake") && !said.contains(" of 0.01 s"),
-        "{said:?}"
-    );
-    let said = in_terminal(
-        &folder,
-        "sweep critical-curve --set output.end_time=1 --progress always -q",
-        false,
-    );
-    assert!(!said.contains(" of 0 "), "{said:?}");
+    folder.write("quick.toml", crate::sweep::QUICK);
+    let said = in_terminal(&folder, "sweep quick.toml --progress always", false);
+    assert!(said.contains(" of ") && !said.contains(" of 0 "), "{said:?}");
+    // A machine under load may need more than that for the first ones.
+    for _ in 0..20 {
+        let start = std::time::Instant::now();
+        let said = in_terminal(&folder, "run --end-time 0.01 --interval 1e-3 --no-witness", false);
+        if start.elapsed() < std::time::Duration::from_millis(500) {
+            return assert!(
+                said.contains("Two-disk brake") && !said.contains(" of 0.01 s"),
+                "{said:?}"
+            );
+        }
+    }
+    panic!("no run of less than half a second");
 }

@@ -1,6 +1,6 @@
 //! Whether a TOML text is a case or a study, and for which command, by its tables.
 
-use stickslip_case::document::{self, CaseValue};
+use stickslip_case::document::{self, CaseValue, PlacedValue};
 use stickslip_case::{schema, train_keys};
 
 /// Kind of a TOML text.
@@ -13,7 +13,7 @@ pub enum TextKind {
 }
 
 /// Tables that only the studies of some commands have.
-const TABLES: [(&str, &[&str]); 10] = [
+const TABLES: [(&str, &[&str]); 9] = [
     ("sample", &["sweep"]),
     ("points", &["sweep"]),
     ("keep", &["sweep"]),
@@ -23,7 +23,6 @@ const TABLES: [(&str, &[&str]); 10] = [
     ("target", &["calibrate"]),
     ("branch", &["continue"]),
     ("series", &["work-precision"]),
-    ("axis", &["sweep", "continue"]),
 ];
 
 /// The kind of a text; `None` if it is not TOML, or has the tables of neither.
@@ -35,6 +34,14 @@ pub fn kind_of(text: &str) -> Option<TextKind> {
     let has = |name: &str| entries.iter().any(|(key, _)| key == name);
     if let Some((_, commands)) = TABLES.iter().find(|(table, _)| has(table)) {
         return Some(TextKind::Study(commands.to_vec()));
+    }
+    if let Some(axes) = root.at("axis") {
+        let has_points = |axis: &PlacedValue| ["count", "values"].iter().any(|key| axis.at(key).is_some());
+        // An axis without points is followed, or lacks them by mistake.
+        return Some(TextKind::Study(match &axes.value {
+            CaseValue::Array(axes) if axes.iter().any(has_points) => vec!["sweep"],
+            _ => vec!["continue", "sweep"],
+        }));
     }
     let mut keys = schema::keys().chain(train_keys());
     let is_case = keys.any(|key| key.path.split_once('.').is_some_and(|(table, _)| has(table)));
