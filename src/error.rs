@@ -76,6 +76,15 @@ impl Error {
         Error::input(format!("{}: {why}", path.display()))
     }
 
+    /// The error with the file as its place.
+    pub(crate) fn placed(mut self, path: &Path) -> Error {
+        self.places.push(FailurePlace {
+            file: Some(path.display().to_string()),
+            ..FailurePlace::default()
+        });
+        self
+    }
+
     /// An unknown `name` of a file's `what`, such as "the study has no quantity".
     pub(crate) fn unknown(what: impl Display, name: &str, known: &[&str], further: &str) -> Error {
         let close = suggest(name, known.iter().copied());

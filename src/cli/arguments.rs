@@ -3,6 +3,7 @@
 use super::completions::{
     cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
 };
+use super::help::examples;
 use super::input::overrides;
 use crate::export;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -13,11 +14,10 @@ use stickslip_analysis::provenance;
 use stickslip_analysis::sweep::Shard;
 use stickslip_case::quantity::{self, Dimension};
 use stickslip_case::{CaseError, Override};
-use stickslip_engine::simulation::Method;
 
 /// High-accuracy reference runs of friction-induced vibration, stored in HDF5.
 #[derive(Debug, Parser)]
-#[command(name = "stickslip")]
+#[command(name = "stickslip", after_help = examples(""))]
 pub struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -35,14 +35,43 @@ pub(super) struct Common {
     #[arg(short, long, global = true, display_order = 102, action = ArgAction::Count)]
     pub verbose: u8,
     /// Progress bar: always, never, or auto (on a terminal).
-    #[arg(long, global = true, display_order = 103, value_enum, default_value_t = ProgressChoice::Auto, value_name = "WHEN", hide_possible_values = true, hide_default_value = true)]
+    #[arg(long, global = true, display_order = 103, hide_short_help = true, value_enum, default_value_t = ProgressChoice::Auto, value_name = "WHEN", hide_possible_values = true, hide_default_value = true)]
     pub progress: ProgressChoice,
     /// Print one JSON document on standard output.
     #[arg(long, global = true, display_order = 104)]
     pub json: bool,
     /// Follow links from HDF5 files to other files.
-    #[arg(long, global = true, display_order = 105)]
+    #[arg(long, global = true, display_order = 105, hide_short_help = true)]
     pub follow_external: bool,
+}
+
+/// Options for the keys of the case that are changed most. They are accepted wherever `--set` is.
+#[derive(Debug, Args)]
+pub(super) struct KeyOptions {
+    /// Relative tolerance (the key solver.rtol).
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    rtol: Option<String>,
+    /// End of the run, s or with a unit (output.end_time).
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    end_time: Option<String>,
+    /// Time between samples, s or with a unit (output.interval).
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    interval: Option<String>,
+}
+
+impl KeyOptions {
+    /// The overrides of the case, with those of these options last.
+    pub fn over(&self, set: &[String]) -> Vec<String> {
+        let keys = [
+            ("solver.rtol", &self.rtol),
+            ("output.end_time", &self.end_time),
+            ("output.interval", &self.interval),
+        ];
+        let given = keys
+            .into_iter()
+            .filter_map(|(key, value)| Some(format!("{key}={}", value.as_ref()?)));
+        set.iter().cloned().chain(given).collect()
+    }
 }
 
 /// Limit of every run of a command.
@@ -72,12 +101,14 @@ pub(super) struct StudyRuns {
     /// Threads [default: one for each processor].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
-    /// Integration method, the same as --set solver.method=M; series is the fastest [default of a calibration: series].
+    /// Integration method (solver.method); series is the fastest [default of a calibration: series].
     #[arg(long, value_name = "M", add = methods())]
     method: Option<String>,
     /// Override a key of the base case, such as torsion.damping=20 or stator.damping.0=2.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     set: Vec<String>,
+    #[command(flatten)]
+    keys: KeyOptions,
     #[command(flatten)]
     budget: BudgetOptions,
 }
@@ -85,7 +116,8 @@ pub(super) struct StudyRuns {
 impl StudyRuns {
     /// The overrides of the base case.
     pub fn overrides(&self) -> Result<Vec<Override>, CaseError> {
-        overrides(&self.budget.over(&self.set), self.method.as_deref())
+        let set = self.budget.over(&self.keys.over(&self.set));
+        overrides(&set, self.method.as_deref())
     }
 }
 
@@ -100,44 +132,58 @@ pub(super) enum ProgressChoice {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Integrate one case and store the run in HDF5.
+    #[command(after_help = examples("run"))]
     Run(RunOptions),
     /// State how many digits of a result are true.
+    #[command(after_help = examples("certify"))]
     Certify(CertifyOptions),
     /// Compare results of any solver with a reference.
+    #[command(after_help = examples("compare"))]
     Compare(CompareOptions),
     /// List the contents of a result file.
+    #[command(after_help = examples("inspect"))]
     Inspect(InspectOptions),
     /// Verify a result file: checksums and structure.
+    #[command(after_help = examples("check"))]
     Check(CheckOptions),
     /// Run a study: many cases, a map, a critical curve.
+    #[command(after_help = examples("sweep"))]
     Sweep(SweepOptions),
     /// Merge the shards of a sweep.
+    #[command(after_help = examples("merge"))]
     Merge(MergeArguments),
     /// Find the parameters that reproduce measured numbers.
+    #[command(after_help = examples("calibrate"))]
     Calibrate(CalibrateOptions),
     /// Draw figures of result files, or write an interactive page.
     #[command(
+        after_help = examples("plot"),
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> [FILE] --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
     /// Write a table of a result as CSV, NPZ or MAT.
+    #[command(after_help = examples("export"))]
     Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
+    #[command(after_help = examples("modes"))]
     Modes(ModesOptions),
     /// Find the periodic motion of a case, with its multipliers.
+    #[command(after_help = examples("cycle"))]
     Cycle(CycleOptions),
     /// Follow cycles and steady sliding as a parameter varies.
+    #[command(after_help = examples("continue"))]
     Continue(ContinueOptions),
     /// Compare methods and tolerances: error, work, time.
+    #[command(after_help = examples("work-precision"))]
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case or study to start from.
-    #[command(
-        override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list\n       stickslip case [OPTIONS] --keys [WORD]"
-    )]
+    #[command(after_help = examples("case"), override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list\n       stickslip case [OPTIONS] --keys [WORD]")]
     Case(CaseOptions),
     /// Print the completion script of a shell.
+    #[command(after_help = examples("completions"))]
     Completions(CompletionsOptions),
     /// Write the manual pages, one for each command.
+    #[command(after_help = examples("man"))]
     Man(ManOptions),
 }
 
@@ -169,6 +215,29 @@ impl Command {
     }
 }
 
+impl Command {
+    /// The results that the command reads; of candidates of other solvers none.
+    pub fn results(&self) -> Vec<&Path> {
+        match self {
+            Command::Run(RunOptions { case, .. })
+            | Command::Certify(CertifyOptions { case, .. })
+            | Command::Modes(ModesOptions { case, .. })
+            | Command::Cycle(CycleOptions { case, .. })
+                if case.ends_with(".h5") =>
+            {
+                vec![Path::new(case)]
+            }
+            Command::Compare(o) => vec![&o.reference],
+            Command::Inspect(o) => vec![&o.file],
+            Command::Check(o) => vec![&o.file],
+            Command::Export(o) => vec![&o.file],
+            Command::Merge(o) => o.shards.iter().map(PathBuf::as_path).collect(),
+            Command::Plot(o) => o.files.iter().map(PathBuf::as_path).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(super) struct RunOptions {
     /// A TOML file, a built-in case, or a result to repeat.
@@ -177,12 +246,14 @@ pub(super) struct RunOptions {
     /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Integration method, the same as --set solver.method=M; --help lists them.
-    #[arg(long, value_name = "M", long_help = method_help(), add = methods())]
+    /// Integration method, such as cvode or series (solver.method).
+    #[arg(long, value_name = "M", add = methods())]
     pub method: Option<String>,
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub keys: KeyOptions,
     /// Leave out the reference check (witness), a run by another method.
     #[arg(long)]
     pub no_witness: bool,
@@ -207,8 +278,8 @@ pub(super) struct CompareOptions {
     /// A TOML file that assigns columns to channels, with units.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// The same for one column, such as relative_velocity=w:rpm or time=t; may be repeated.
-    #[arg(long = "column", value_name = "CHANNEL=COLUMN[:UNIT]", add = columns())]
+    /// The same for one column, such as relative_velocity=w:rpm or theta=-angle (opposite sign); may be repeated.
+    #[arg(long = "column", value_name = "CHANNEL=[-]COLUMN[:UNIT]", add = columns())]
     pub columns: Vec<String>,
     /// A table of the candidate's events, instead of finding them by the relative velocity.
     #[arg(long, value_name = "FILE")]
@@ -263,6 +334,8 @@ pub(super) struct CertifyOptions {
     /// Override a key, such as solver.rtol=1e-12; for a case only.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub keys: KeyOptions,
     #[command(flatten)]
     pub budget: BudgetOptions,
     /// Replace any file, not only a result of this program.
@@ -413,6 +486,9 @@ fn in_si(text: &str, dimension: Dimension) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => quantity::parse(text, dimension).map_err(|_| {
+            if let Some(what) = quantity::decimal_comma(text) {
+                return what;
+            }
             let (name, unit, example) = (dimension.name(), dimension.unit(), dimension.example());
             format!("give {name} in {unit}, or with its unit, such as \"{example}\"")
         }),
@@ -462,6 +538,8 @@ pub(super) struct ModesOptions {
     /// Override a key, such as friction.decay=4.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub keys: KeyOptions,
     /// Draw growth rate and damping over the speed.
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
@@ -503,6 +581,8 @@ pub(super) struct CycleOptions {
     /// Override a key, such as rotor.speed=0.3.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub keys: KeyOptions,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
@@ -522,6 +602,8 @@ pub(super) struct ContinueOptions {
     /// Override a key of the base case, such as stator.damping.0=2.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub keys: KeyOptions,
     /// Exit with 1 if a branch could not be followed.
     #[arg(long)]
     pub strict: bool,
@@ -544,25 +626,6 @@ pub(super) struct WorkPrecisionOptions {
     /// Replace any file, not only one of this program.
     #[arg(long)]
     pub force: bool,
-}
-
-/// The methods by name, in lines that fit a terminal beside the indent.
-fn method_help() -> String {
-    const WIDTH: usize = 68;
-    let mut lines = vec!["Integration method, the same as --set solver.method=M:".to_owned()];
-    for method in Method::all() {
-        match lines.last_mut() {
-            Some(line) if line.len() + method.name().len() + 2 <= WIDTH => {
-                line.push(' ');
-                line.push_str(method.name());
-            }
-            _ => lines.push(method.name().to_owned()),
-        }
-        if let Some(line) = lines.last_mut() {
-            line.push(',');
-        }
-    }
-    lines.join("\n").trim_end_matches(',').to_owned()
 }
 
 /// One of the values of `T`; `gone`, which was one in earlier versions, is refused with what to use instead.
@@ -677,6 +740,9 @@ pub(super) struct PlotOptions {
         ]
     )]
     pub html: Option<PathBuf>,
+    /// With --html: open the page in the browser.
+    #[arg(long, requires = "html")]
+    pub open: bool,
     /// Replace any file, not only this program's.
     #[arg(long)]
     pub force: bool,
@@ -740,11 +806,14 @@ pub(super) enum Shell {
     Bash,
     Zsh,
     Fish,
+    #[value(name = "powershell")]
+    PowerShell,
+    Nushell,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct CompletionsOptions {
-    /// bash, zsh or fish.
+    /// bash, zsh, fish, powershell or nushell.
     #[arg(value_enum, value_name = "SHELL", hide_possible_values = true)]
     pub shell: Shell,
 }
@@ -764,27 +833,23 @@ impl Refusal {
     /// Prints the text, to standard output for help and version; exit status 0 for them, 2 for wrong usage. With --json
     /// wrong usage is a document, too.
     pub fn report(&self) -> ExitCode {
-        use clap::error::ErrorKind;
-        let _ = self.0.print();
+        use clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand as NothingGiven;
         if !self.0.use_stderr() {
+            let _ = self.0.print();
             return ExitCode::SUCCESS;
         }
-        if self.0.kind() == ErrorKind::InvalidSubcommand {
-            let names: Vec<String> = Arguments::command()
-                .get_subcommands()
-                .map(|command| command.get_name().to_owned())
-                .collect();
-            super::say(&format!("The commands are {}.\n", names.join(", ")));
+        let text = super::usage::message(&self.0);
+        match self.0.kind() {
+            // The help itself.
+            NothingGiven => drop(self.0.print()),
+            _ => super::say(&super::line(&text, true)),
         }
         if std::env::args_os()
             .skip(1)
             .take_while(|a| a != "--")
             .any(|a| a == "--json")
         {
-            // The message itself; below it stand hints and usage.
-            let text = self.0.to_string();
-            let message = text.strip_prefix("error: ").unwrap_or(&text);
-            super::failure_document("usage", message.trim_end(), 2, &[]);
+            super::failure_document("usage", &text, 2, &[]);
         }
         ExitCode::from(2)
     }

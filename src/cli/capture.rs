@@ -53,10 +53,8 @@ pub fn capture(
 
 fn ended(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandEnd, Error> {
     let program = std::iter::once(OsString::from("stickslip"));
-    let arguments = Arguments::try_parse_from(program.chain(arguments)).map_err(|error| {
-        let text = error.to_string();
-        Error::input(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
-    })?;
+    let arguments = Arguments::try_parse_from(program.chain(arguments))
+        .map_err(|error| Error::input(super::usage::message(&error)))?;
     let Arguments { command, mut common } = arguments;
     common.json = true;
     common.progress = ProgressChoice::Never;

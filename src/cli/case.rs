@@ -14,13 +14,13 @@ use stickslip_case::{Case, CaseError, CaseSource, Origin, suggest};
 use stickslip_system::quote::shown;
 
 /// Built-in studies: command, studies, title of one.
-type StudiesOfCommand = (
+pub(super) type StudiesOfCommand = (
     &'static str,
     &'static [BuiltIn],
     fn(StudySource) -> Result<String, CaseError>,
 );
 
-const OF_COMMANDS: [StudiesOfCommand; 4] = [
+pub(super) const OF_COMMANDS: [StudiesOfCommand; 4] = [
     ("sweep", STUDIES, |source| Ok(Study::parse(source, &[])?.head.title)),
     ("calibrate", CALIBRATIONS, |source| {
         Ok(CalibrationStudy::parse(source, &[])?.runs.head.title)
@@ -108,6 +108,20 @@ struct CaseText<'a> {
     text: &'a str,
 }
 
+fn unknown(name: &str) -> Error {
+    let cases: Vec<&str> = builtin::all().iter().map(|case| case.name).collect();
+    let studies = OF_COMMANDS.into_iter().flat_map(|(_, studies, _)| studies);
+    let studies: Vec<&str> = studies.map(|study| study.name).collect();
+    let close = suggest(name, cases.iter().chain(&studies).copied());
+    let hint = close.map_or_else(String::new, |close| format!(" (did you mean {close}?)"));
+    Error::input(format!(
+        "there is no built-in case or study \"{}\"{hint}; the cases are {}; the studies are {}",
+        shown(name),
+        cases.join(", "),
+        studies.join(", ")
+    ))
+}
+
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd, Error> {
     if let Some(word) = &options.keys {
         return show(common, &keys_with(word)?);
@@ -121,7 +135,7 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd,
             text: study.text.to_owned(),
             origin: Origin::BuiltIn(study.name.to_owned()),
         },
-        None => CaseSource::built_in(name)?,
+        None => CaseSource::built_in(name).map_err(|_| unknown(name))?,
     };
     let text = &source.text;
     match common.json {

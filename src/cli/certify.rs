@@ -56,10 +56,10 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         )));
     }
     let given = GivenCase::read(&options.case).map_err(without_case)?;
-    let set = options.budget.over(&options.set);
-    let changes = overrides(&set, None)?;
+    let set = options.keys.over(&options.set);
+    let changes = overrides(&options.budget.over(&set), None)?;
     let case = &Case::read(&given.source, &changes).map_err(|error| without_case(error.into()))?;
-    if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
+    if matches!(given.source.origin, Origin::Result(_)) && !set.is_empty() {
         return Err(Error::input(
             "--set changes a case, not a result file: certify the case instead, or run it with --set first",
         ));

@@ -5,6 +5,7 @@
 
 use super::arguments::{Arguments, Common, CompletionsOptions, ManOptions, Shell};
 use super::case::listed;
+use super::help;
 use super::{CommandEnd, print, print_json, tell};
 use crate::Error;
 use crate::plot::{branches, catalogue, certified, portraits, studies as study_figures};
@@ -15,7 +16,8 @@ use clap_complete::CompleteEnv;
 use clap_complete::engine::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
 };
-use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
+use clap_complete::env::{Bash, EnvCompleter, Fish, Powershell, Shells, Zsh};
+use clap_complete_nushell::Nushell;
 use clap_mangen::Man;
 use serde::Serialize;
 use std::ffi::OsStr;
@@ -43,7 +45,7 @@ fi
 pub fn complete_if_asked() {
     CompleteEnv::with_factory(Arguments::command)
         .var(ASKED)
-        .shells(Shells(&[&Bash, &Fish, &Zsh]))
+        .shells(Shells(&[&Bash, &Fish, &Zsh, &Powershell]))
         .complete();
 }
 
@@ -54,22 +56,34 @@ struct Completion<'a> {
 }
 
 pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let (shell, last): (&dyn EnvCompleter, &str) = match options.shell {
-        Shell::Bash => (&Bash, ""),
-        Shell::Fish => (&Fish, ""),
-        Shell::Zsh => (&Zsh, FIRST_WORD_IN_ZSH),
+    let asking = |shell: &dyn EnvCompleter| {
+        let mut script = Vec::new();
+        shell
+            .write_registration(ASKED, NAME, NAME, NAME, &mut script)
+            .map_err(|error| Error::computation(format!("writing the script failed: {error}")))?;
+        Ok::<_, Error>(script)
     };
-    let mut script = Vec::new();
-    shell
-        .write_registration(ASKED, NAME, NAME, NAME, &mut script)
-        .map_err(|error| Error::computation(format!("writing the script failed: {error}")))?;
+    let (shell, script, last) = match options.shell {
+        Shell::Bash => ("bash", asking(&Bash)?, ""),
+        Shell::Fish => ("fish", asking(&Fish)?, ""),
+        Shell::Zsh => ("zsh", asking(&Zsh)?, FIRST_WORD_IN_ZSH),
+        Shell::PowerShell => ("powershell", asking(&Powershell)?, ""),
+        Shell::Nushell => ("nushell", in_nushell(), ""),
+    };
     let script = &(String::from_utf8_lossy(&script).trim_start().to_owned() + last);
-    let shell = shell.name();
     match common.json {
         true => print_json(&Completion { script, shell })?,
         false => print(script)?,
     }
     Ok(CommandEnd::Done)
+}
+
+/// Definitions of the commands and options for nushell, which cannot ask the program. Values are completed only if
+/// they are a fixed list.
+fn in_nushell() -> Vec<u8> {
+    let mut script = Vec::new();
+    clap_complete::generate(Nushell, &mut Arguments::command(), NAME, &mut script);
+    script
 }
 
 /// Writes a manual page for the program and one for each command. Earlier pages are replaced.
@@ -91,16 +105,13 @@ fn pages(folder: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {
     program.build();
     let commands: Vec<clap::Command> = program.get_subcommands().cloned().collect();
     let source = format!("stickslip {}", env!("CARGO_PKG_VERSION"));
-    std::iter::once(program)
-        .chain(commands)
-        .map(|command| {
-            let page = Man::new(command).source(&source).manual("stickslip");
-            let path = folder.join(page.get_filename());
-            let mut text = Vec::new();
-            let written = page.render(&mut text).and_then(|()| write_whole(&path, &[&text]));
-            written.map(|()| path.clone()).map_err(|error| (path, error))
-        })
-        .collect()
+    let with_page = |command: &clap::Command| {
+        let page = Man::new(command.clone()).source(&source).manual("stickslip");
+        let path = folder.join(page.get_filename());
+        let written = help::page(&page, command, &commands).and_then(|text| write_whole(&path, &[&text]));
+        written.map(|()| path.clone()).map_err(|error| (path, error))
+    };
+    std::iter::once(&program).chain(&commands).map(with_page).collect()
 }
 
 fn candidate(value: &str, help: &str) -> CompletionCandidate {

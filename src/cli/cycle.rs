@@ -42,7 +42,7 @@ impl Wanted {
             ))),
             (None, false) => Ok(Wanted {
                 given: GivenCase::read(&options.case)?,
-                set: options.set.clone(),
+                set: options.keys.over(&options.set),
                 task: CycleTask::Search(CycleSearch {
                     from: match options.from {
                         SearchFrom::End => From::End,
@@ -94,7 +94,7 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
         .iter()
         .cloned()
         .chain(numbers)
-        .chain(options.set.iter().cloned());
+        .chain(options.keys.over(&options.set));
     Ok(Wanted {
         set: set.collect(),
         given: GivenCase {
@@ -183,7 +183,7 @@ pub(super) fn is_cycle(path: &Path) -> bool {
 }
 
 pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) -> Result<CommandEnd, Error> {
-    if !options.set.is_empty() {
+    if !options.keys.over(&options.set).is_empty() {
         return Err(Error::input(
             "--set changes a case, not the file of a cycle: find the cycle of the changed case with stickslip cycle \
              --set, and certify that",

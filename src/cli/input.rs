@@ -23,6 +23,7 @@ pub(super) struct GivenCase {
 impl GivenCase {
     /// Reads a file, a result whose case is repeated, or a built-in case.
     pub fn read(case: &str) -> Result<GivenCase, Error> {
+        super::usage::refuse_study(case)?;
         let path = Path::new(case);
         let mut text = None;
         let source = if case == STANDARD_INPUT {

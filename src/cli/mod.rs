@@ -6,7 +6,8 @@
 //! | `run`, `certify`, `compare`, `cycle`, `modes` | commands that compute or assess a result |
 //! | `studies` | `sweep`, `calibrate`, `continue`, `work-precision` |
 //! | `plot`, `export`, `files`, `case` | commands that read files: figures, tables, `inspect`, `check`, `merge`, built-in cases |
-//! | `completions` | completions and manual pages |
+//! | `completions`, `help` | completions and manual pages; examples |
+//! | `usage` | wrong usage: what was probably meant |
 //! | `input`, `progress` | common parts of commands; what they say is in `report` |
 //! | `capture` | a command inside another program |
 
@@ -19,12 +20,14 @@ mod completions;
 mod cycle;
 mod export;
 mod files;
+mod help;
 mod input;
 mod modes;
 mod plot;
 mod progress;
 mod run;
 mod studies;
+mod usage;
 
 pub use arguments::{Arguments, Refusal};
 pub use capture::{Said, capture};
@@ -76,7 +79,9 @@ impl Error {
         if json {
             failure_document(kind, &text, status, &self.places);
         }
-        complain(&text);
+        if !capture::message(&text) {
+            say(&line(&text, true));
+        }
         ExitCode::from(status)
     }
 }
@@ -124,7 +129,13 @@ pub fn execute(arguments: Arguments) -> Result<CommandEnd, Error> {
     };
     env_logger::Builder::new()
         .filter_level(level)
-        .format_target(false)
+        .format(|target, record| {
+            let text = match record.level() {
+                log::Level::Warn => format!("{WARNING} {}", record.args()),
+                _ => record.args().to_string(),
+            };
+            std::io::Write::write_all(target, line(&text, record.level() == log::Level::Error).as_bytes())
+        })
         .init();
     // Turns a limit on file sizes into a write error; by default it ends the program silently.
     #[cfg(unix)]
@@ -136,6 +147,7 @@ pub fn execute(arguments: Arguments) -> Result<CommandEnd, Error> {
 
 fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
     refuse_standard_output(&command)?;
+    usage::refuse_uncomputed(&command)?;
     match command {
         Command::Run(options) => run::run(&options, common),
         Command::Certify(options) => certify::certify(&options, common),
@@ -171,16 +183,29 @@ fn print(text: &str) -> Result<(), Error> {
     }
 }
 
+/// Writes a note, or a warning if the text begins with this word, to standard error.
 fn complain(text: &str) {
-    if capture::message(text) {
-        return;
+    if !capture::message(text) {
+        say(&line(text, false));
     }
-    say(&format!("stickslip: {text}\n"));
 }
 
-fn say(text: &str) {
+/// Line for standard error, without control characters of the text. On a terminal the name before an error and the word
+/// "warning" have a colour, unless NO_COLOR is set.
+fn line(text: &str, is_error: bool) -> String {
+    let style = console::Style::new().for_stderr().bold();
     let text = quote::for_terminal(text);
-    let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
+    match (is_error, text.strip_prefix(WARNING)) {
+        (true, _) => format!("{} {text}\n", style.red().apply_to("stickslip:")),
+        (false, Some(rest)) => format!("stickslip: {}{rest}\n", style.yellow().apply_to(WARNING)),
+        (false, None) => format!("stickslip: {text}\n"),
+    }
+}
+
+const WARNING: &str = "warning:";
+
+fn say(line: &str) {
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), line.as_bytes());
 }
 
 /// Refuses a file named `-`, which users might take for standard output.

@@ -12,7 +12,7 @@ use stickslip_system::model::margin;
 
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
-    let changes = overrides(&options.set, None)?;
+    let changes = overrides(&options.keys.over(&options.set), None)?;
     let case = Case::read(&given.source, &changes)?;
     let (system, title) = (&case.system, &case.title);
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {

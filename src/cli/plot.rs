@@ -365,11 +365,11 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
             StudyKind::Branches => {
                 let branches = Branches::read(file)?;
                 let page = branches::page::write(&branches, &options.quantities, path, options.force)?;
-                return finish_page(path, &page, common);
+                return finish_page((path, options.open), &page, common);
             }
             StudyKind::Sweep(sweep) => {
                 let page = studies::page::write(&sweep, &options.quantities, path, options.force)?;
-                return finish_page(path, &page, common);
+                return finish_page((path, options.open), &page, common);
             }
         };
         return Err(Error::of_file(file, why));
@@ -396,12 +396,22 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<CommandEn
             )));
         }
     };
-    finish_page(path, &page?, common)
+    finish_page((path, options.open), &page?, common)
 }
 
-fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<CommandEnd, Error> {
+/// Tells about a page, and opens it in the browser if `open`.
+fn finish_page((path, open): (&Path, bool), page: &impl Serialize, common: &Common) -> Result<CommandEnd, Error> {
     let file = path.display().to_string();
-    tell(common, &WrittenPage { file, page })
+    tell(common, &WrittenPage { file, page })?;
+    if open {
+        open::that_detached(path).map_err(|error| {
+            let file = path.display();
+            Error::computation(format!(
+                "{file}: written, but no browser could be started: {error}; open the file in one yourself"
+            ))
+        })?;
+    }
+    Ok(CommandEnd::Done)
 }
 
 #[derive(Serialize)]

@@ -1,15 +1,19 @@
 //! Progress bars: simulated time of runs and comparisons, number of runs of studies.
 
 use super::arguments::{Common, ProgressChoice};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Arguments;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 use stickslip_system::watch::{Watch, go_on_unless};
 
 const TICKS: f64 = 1000.0;
+
+/// A shorter command shows no bar, unless it is asked for.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Kind of a progress bar.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -27,6 +31,8 @@ pub(super) enum BarKind {
 /// Progress bar of a command, with the flag that stops the command.
 pub(super) struct Bar {
     bar: ProgressBar,
+    /// Where the bar is drawn, and from when on; taken when it is.
+    target: Mutex<Option<(ProgressDrawTarget, Instant)>>,
     shown: BarKind,
     stop: Arc<AtomicBool>,
 }
@@ -34,16 +40,25 @@ pub(super) struct Bar {
 impl Bar {
     fn new(common: &Common, shown: BarKind, stop: &Arc<AtomicBool>) -> Self {
         let template = match shown {
-            BarKind::Share | BarKind::Parts => "{bar:16} {msg}  {elapsed} (left {eta})",
-            BarKind::Points => "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})",
+            BarKind::Share | BarKind::Parts => "{bar:16} {msg}  {elapsed}{left}",
+            BarKind::Points => "{bar:16} {pos} of {msg}  {rate}  {elapsed}{left}",
             BarKind::Branches => "{spinner} {msg}  {elapsed}",
         };
-        let bar = bar(common, TICKS as u64, template);
-        if shown == BarKind::Points {
-            bar.set_message("0 points");
+        let target = target(common).map(|(target, delay)| (target, Instant::now() + delay));
+        Bar {
+            bar: bar(TICKS as u64, template),
+            target: Mutex::new(target),
+            shown,
+            stop: stop.clone(),
         }
-        let stop = stop.clone();
-        Bar { bar, shown, stop }
+    }
+
+    /// Draws the bar from now on if it is time.
+    fn show(&self) {
+        let Ok(mut target) = self.target.lock() else { return };
+        if let Some((target, _)) = target.take_if(|(_, from)| Instant::now() >= *from) {
+            self.bar.set_draw_target(target);
+        }
     }
 }
 
@@ -64,6 +79,7 @@ impl Watch for Bar {
         let bar = &self.bar;
         let unit = if self.shown == BarKind::Share { TICKS / of } else { 1.0 };
         let (position, length) = ((unit * done) as u64, (unit * of) as u64);
+        self.show();
         if !bar.is_hidden() {
             let before = bar.position();
             if bar.length() != Some(length) {
@@ -84,7 +100,8 @@ impl Watch for Bar {
     }
 }
 
-fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
+/// Where a bar is drawn, after how much time; `None` if there is to be none.
+fn target(common: &Common) -> Option<(ProgressDrawTarget, Duration)> {
     let terminal = std::io::stderr().is_terminal();
     let shown = match common.progress {
         ProgressChoice::Always => true,
@@ -92,19 +109,33 @@ fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
         ProgressChoice::Auto => !common.quiet && terminal,
     };
     if !shown {
-        return ProgressBar::hidden();
+        return None;
     }
+    let delay = match common.progress {
+        ProgressChoice::Always => Duration::ZERO,
+        ProgressChoice::Never | ProgressChoice::Auto => PATIENCE,
+    };
     let target = if terminal {
         ProgressDrawTarget::stderr()
     } else {
         // Requested without a terminal: a few updates per second suffice for readers of the stream.
         ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
     };
+    Some((target, delay))
+}
+
+fn bar(length: u64, template: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
             // A bar that cannot be drawn must not stop the command.
             let _ = write!(text, "{:.1} a second", state.per_sec());
+        })
+        .with_key("left", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+            // The first steps say little about the rest.
+            if state.pos() > 0 && state.elapsed() > PATIENCE {
+                let _ = write!(text, " (left {:#})", HumanDuration(state.eta()));
+            }
         });
-    ProgressBar::with_draw_target(Some(length), target).with_style(style)
+    ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden()).with_style(style)
 }

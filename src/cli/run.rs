@@ -12,7 +12,7 @@ use stickslip_engine::hybrid::RunError;
 
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
-    let set = options.budget.over(&options.set);
+    let set = options.budget.over(&options.keys.over(&options.set));
     let changes = overrides(&set, options.method.as_deref())?;
     let case = &Case::read(&given.source, &changes)?;
     let (source, solver) = (&given.source, &case.solver);

@@ -4,7 +4,7 @@ use super::arguments::{CalibrateOptions, Common, ContinueOptions, FigureFormat, 
 use super::input::{interrupt_flag, overrides, overwrite};
 use super::plot::{self, FigureOutput};
 use super::progress::{BarKind, watched};
-use super::{CommandEnd, interrupted, strictly, tell};
+use super::{CommandEnd, interrupted, strictly, tell, usage};
 use crate::Error;
 use crate::output::{Output, Product};
 use crate::plot::{accuracy, signature};
@@ -47,7 +47,8 @@ fn file_of(named: Option<&PathBuf>, study: &StudySource, shard: Option<Shard>) -
 
 pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEnd, Error> {
     refuse_ranks(options)?;
-    let study = Study::parse(StudySource::find(&options.study, STUDIES)?, &options.runs.overrides()?)?;
+    let source = usage::study(&options.study, "sweep", STUDIES)?;
+    let study = Study::parse(source, &options.runs.overrides()?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, options.shard);
     let jobs = options.runs.jobs.unwrap_or_else(processors);
     let stop = interrupt_flag()?;
@@ -122,8 +123,8 @@ fn resumable(error: stickslip_analysis::Error, path: &Path) -> Error {
 }
 
 pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let source = StudySource::find(&options.study, CONTINUATIONS)?;
-    let study = ContinuationStudy::parse(source, &overrides(&options.set, None)?)?;
+    let source = usage::study(&options.study, "continue", CONTINUATIONS)?;
+    let study = ContinuationStudy::parse(source, &overrides(&options.keys.over(&options.set), None)?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, None);
     let stop = interrupt_flag()?;
     let clock = Instant::now();
@@ -149,7 +150,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
 }
 
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let source = StudySource::find(&options.study, CALIBRATIONS)?;
+    let source = usage::study(&options.study, "calibrate", CALIBRATIONS)?;
     let study = CalibrationStudy::parse(source, &options.runs.overrides()?)?;
     let path = file_of(options.output.as_ref(), &study.runs.head.source, None);
     // Set before the file is created, so that an interruption ends the calibration cleanly from then on.
@@ -209,7 +210,8 @@ fn write_case(output: &Output, study: &CalibrationStudy, calibration: &Calibrati
 }
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let study = PrecisionStudy::parse(StudySource::find(&options.study, work_precision::STUDIES)?)?;
+    let source = usage::study(&options.study, "work-precision", work_precision::STUDIES)?;
+    let study = PrecisionStudy::parse(source)?;
     let path = file_of(options.output.as_ref(), &study.head.source, None);
     // Everything is checked before minutes of computation, and before a folder is made.
     let stop = interrupt_flag()?;

@@ -191,6 +191,27 @@ fn cli_names_and_units_come_from_a_mapping_or_from_headers() {
     agrees(&c);
     assert_eq!(c["detection"]["velocity_tolerance"], 1e-7);
     assert_eq!(c["detection"]["hysteresis"], 3.0);
+    // The opposite sign, with and without a unit, and of a column whose own unit is read.
+    let flipped = |name: &str, factor: f64| {
+        let lines = rows
+            .iter()
+            .map(|(time, values)| format!("{time:?},{:?}\n", -factor * values[5]));
+        folder.write(
+            &format!("{name}.csv"),
+            format!("time,{}\n", name.to_owned()) + &lines.collect::<String>(),
+        );
+    };
+    flipped("w", 1.0);
+    flipped("v [rpm]", rpm);
+    for (file, column) in [("w", "-w"), ("w", "-w:rad/s"), ("v [rpm]", "- v")] {
+        let option = format!("relative_velocity={column}");
+        agrees(&compared(&folder, &[&format!("{file}.csv"), "--column", &option]));
+    }
+    folder.write(
+        "sign.toml",
+        "channels.relative_velocity = { name = \"-w\", unit = \"rad/s\" }\n",
+    );
+    agrees(&compared(&folder, &["w.csv", "--map", "sign.toml"]));
     folder.write("kinds.csv", "time,kind\n6.975001494461,0\n6.975049781418,free\n");
     folder.write("kinds.toml", "[events.kinds]\nfree = \"slip\"\n");
     let c = compared(&folder, &["kinds.csv", "--map", "kinds.toml", "--quick"]);

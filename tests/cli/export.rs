@@ -258,7 +258,11 @@ fn cli_export_takes_units() {
     let rows = |arguments: &[&str]| folder.ok(&[&["export", "run.h5", "-o", "-", "-q"], arguments].concat());
     let plain = rows(&["--window", "0.01:0.02", "--rate", "48000"]);
     assert_eq!(plain.lines().count(), 482);
-    for (window, rate) in [("0.01 s:20 ms", "48 kHz"), ("10ms : 20000 us", "48e3 Hz")] {
+    for (window, rate) in [
+        ("0.01 s:20 ms", "48 kHz"),
+        ("10ms : 20000 us", "48e3 Hz"),
+        ("0.01:20 ms", "0.048MHz"),
+    ] {
         assert_eq!(rows(&["--window", window, "--rate", rate]), plain);
     }
     let interval = rows(&["--window", ":0.02 s", "--interval", "0.5 ms"]);

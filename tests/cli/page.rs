@@ -135,3 +135,35 @@ fn cli_a_page_is_as_readable_as_any_file() {
     folder.write("plain", "made under the same umask");
     assert_eq!(mode("report.html"), mode("plain"));
 }
+
+/// The page is given to the program that opens files in a browser.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_page_opens_in_the_browser() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    folder.ok_short("-q");
+    std::fs::create_dir(folder.path("bin")).unwrap();
+    let browser = folder.write("bin/xdg-open", "#!/bin/sh\nprintf '%s' \"$1\" > opened.txt\n");
+    std::fs::set_permissions(&browser, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let opens = |path: &str, status: i32| {
+        let mut command = folder.stickslip("plot paper.h5 --html page.html --open");
+        crate::common::cli::output(command.env("PATH", path), status)
+    };
+    let path = format!("{}:/usr/bin:/bin", folder.path("bin").display());
+    opens(&path, 0);
+    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(20);
+    let opened = || std::fs::read_to_string(folder.path("opened.txt")).unwrap_or_default();
+    while opened() != "page.html" {
+        assert!(std::time::Instant::now() < deadline, "{:?}", opened());
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    // Without such a program the page is there nevertheless.
+    let (stdout, stderr) = opens("/nonexistent", 1);
+    assert_eq!(stdout, "page.html\n");
+    assert!(
+        stderr.contains("page.html: written, but no browser could be started"),
+        "{stderr}"
+    );
+    folder.refused("plot paper.h5 --open", "--html");
+}

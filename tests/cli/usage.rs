@@ -220,3 +220,307 @@ fn cli_inspect_refuses_what_is_no_result() {
         assert!(!stderr.contains("with -o"), "{stderr}");
     }
 }
+
+/// The options for single keys give what `--set` gives: the same case, the same errors.
+#[test]
+fn cli_options_for_keys_are_those_of_set() {
+    let folder = Folder::new();
+    folder.ok("run -q --rtol 1e-9 --end-time '50 ms' --interval 1e-3 -o short.h5");
+    folder.ok("run -q --set solver.rtol=1e-9 --set 'output.end_time=50 ms' --set output.interval=1e-3 -o long.h5");
+    let [short, long] = ["short.h5", "long.h5"].map(|name| folder.result(name).resolved().unwrap());
+    assert_eq!(short, long);
+    assert!(short.contains("end_time = 0.05"), "{short}");
+    for (option, key, value) in [
+        ("--rtol", "solver.rtol", "-1"),
+        ("--end-time", "output.end_time", "2 kg"),
+        ("--interval", "output.interval", "0"),
+    ] {
+        for command in ["run", "certify", "modes", "cycle", "calibrate", "continue"] {
+            let case = if command == "cycle" {
+                "cycle belt-leine"
+            } else {
+                command
+            };
+            let short = folder.refused(&format!("{case} {option} '{value}'"), key);
+            assert_eq!(short, folder.refused(&format!("{case} --set '{key}={value}'"), ""));
+        }
+    }
+    folder.refused(
+        "certify short.h5 --rtol 1e-12",
+        "--set changes a case, not a result file",
+    );
+    folder.refused("run --end-time 0,05", "--set output.end_time & write 0.05 with a point");
+}
+
+#[test]
+fn cli_unknown_options_name_what_was_meant() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        (
+            "run --decay 4",
+            "--decay: no such option; --set friction.decay=... changes that key",
+        ),
+        (
+            "sweep critical-curve --decay 4",
+            "--set friction.decay=... changes that key",
+        ),
+        (
+            "run --normal-force 4",
+            "--set contact.normal_force=... changes that key",
+        ),
+        ("run --methd cvode", "--methd: no such option; did you mean --method?"),
+        (
+            "inspect x.h5 --decay 4",
+            "--decay: stickslip inspect has no such option & `stickslip inspect --help`",
+        ),
+        ("case paper --rtol 1", "--rtol: stickslip case has no such option"),
+        ("plot a.h5 --widht 85", "did you mean --width?"),
+        ("run paper block", "\"block\": stickslip run takes no further argument"),
+        ("export a.h5 -o x.csv --format parquet", "pandas"),
+    ] {
+        let said = folder.refused(arguments, words);
+        assert!(said.starts_with("stickslip: "), "{said}");
+        for noise in ["as a value", "-- --", "error:"] {
+            assert!(!said.contains(noise), "{said}");
+        }
+    }
+}
+
+#[test]
+fn cli_unknown_commands_name_what_was_meant() {
+    let folder = Folder::new();
+    folder.write("mine.toml", folder.ok("case clutch"));
+    folder.write("map.toml", folder.ok("case critical-curve"));
+    for (arguments, words) in [
+        ("rnu", "there is no command \"rnu\"; did you mean run?"),
+        ("help rum", "did you mean run?"),
+        ("papre", "did you mean stickslip run paper?"),
+        (
+            "paper",
+            "\"paper\" is a built-in case, not a command: stickslip run paper",
+        ),
+        ("mine.toml", "is a case, not a command: stickslip run mine.toml"),
+        ("map.toml", "is a study, not a command: stickslip sweep map.toml"),
+        ("belt-branches", "stickslip continue belt-branches"),
+        ("integrate", "the commands are run, certify, compare"),
+    ] {
+        folder.refused(arguments, words);
+    }
+}
+
+/// One sentence with the command, not the unknown keys of a study that is read as a case.
+#[test]
+fn cli_a_study_is_no_case_and_a_case_no_study() {
+    let folder = Folder::new();
+    folder.write("mine.toml", folder.ok("case clutch"));
+    for (study, command) in [
+        ("critical-curve", "sweep"),
+        ("paper-decay", "calibrate"),
+        ("belt-branches", "continue"),
+        ("work-precision", "work-precision"),
+    ] {
+        let file = &*format!("{study}.toml");
+        folder.write(file, folder.ok(&format!("case {study}")));
+        for wrong in ["run", "certify", "modes", "cycle"] {
+            for (name, what) in [(study, "a built-in study"), (file, "a study")] {
+                let said = folder.refused(&[wrong, name], "");
+                assert_eq!(
+                    said,
+                    format!("stickslip: {name} is {what}: stickslip {command} {name}\n")
+                );
+            }
+        }
+        for wrong in ["sweep", "calibrate", "continue", "work-precision"] {
+            // The axes of a continuation may be those of a sweep whose points were forgotten.
+            if wrong == command || (wrong, command) == ("sweep", "continue") {
+                continue;
+            }
+            let words = format!("{file} is a study for another command: stickslip {command} {file}");
+            folder.refused(&[wrong, file], &[words]);
+            folder.refused(&[wrong, "mine.toml"], "mine.toml is a case: stickslip run mine.toml");
+            folder.refused(&[wrong, "paper"], "paper is a built-in case: stickslip run paper");
+        }
+    }
+}
+
+#[test]
+fn cli_a_result_that_was_not_computed_names_its_command() {
+    let folder = Folder::new();
+    folder.write("mine.toml", folder.ok("case clutch"));
+    folder.write("map.toml", folder.ok("case critical-curve"));
+    for (arguments, words) in [
+        (
+            "plot map.h5",
+            "map.h5: no such file; `stickslip sweep map.toml` writes it",
+        ),
+        (
+            "inspect paper.h5",
+            "paper.h5: no such file; `stickslip run paper` writes it",
+        ),
+        (
+            "export mine.certified.h5 -o x.csv",
+            "`stickslip certify mine.toml` writes it",
+        ),
+        ("check belt-leine.cycle.h5", "`stickslip cycle belt-leine` writes it"),
+        (
+            "compare out/paper.h5 x.csv",
+            "`stickslip run paper -o out/paper.h5` writes it",
+        ),
+        ("certify clutch.h5", "`stickslip run clutch` writes it"),
+        (
+            "plot map.toml",
+            "map.toml: a study, not a result; `stickslip sweep map.toml` writes map.h5",
+        ),
+        (
+            "plot paper",
+            "paper: a built-in case, not a result; `stickslip run paper` writes paper.h5",
+        ),
+        ("plot other.h5", "other.h5: no such file; check the name"),
+    ] {
+        folder.refused(arguments, words);
+    }
+}
+
+#[test]
+fn cli_compare_says_that_its_arguments_are_swapped() {
+    let folder = Folder::new();
+    folder.ok_short("-q");
+    folder.ok("export paper.h5 -o mine.csv");
+    folder.refused(
+        "compare mine.csv paper.h5",
+        "the reference comes first: stickslip compare paper.h5 mine.csv",
+    );
+}
+
+#[test]
+fn cli_a_decimal_comma_is_named() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        ("run --set 'initial.speed=0,2 rad/s'", "write 0.2 rad/s with a point"),
+        ("run --set friction.breakaway=0,6", "write 0.6 with a point"),
+        (
+            "run --set 'axial.mass=1,000 kg'",
+            "write 1.000 kg with a point, or 1000 kg without a comma",
+        ),
+        (
+            "export paper.h5 -o x.csv --window '6,97 s:6.98 s'",
+            "write 6.97 s with a point",
+        ),
+    ] {
+        folder.refused(arguments, words);
+    }
+}
+
+#[test]
+fn cli_an_unknown_method_is_answered_without_the_whole_list() {
+    let folder = Folder::new();
+    let said = folder.refused("run --method rk44", "there is no \"rk44\"; did you mean \"rk4\"?");
+    assert!(!said.contains("erk-"), "{said}");
+    let said = folder.refused("run --method foo", "\"cvode\" & \"series\" & \"rk4\" and");
+    assert!(said.len() < 250, "{said}");
+}
+
+#[test]
+fn cli_case_names_studies_too() {
+    let said = Folder::new().refused("case nope", "the cases are paper, & the studies are critical-curve,");
+    assert!(!said.contains("path"), "{said}");
+    Folder::new().refused("case critical-curv", "did you mean critical-curve?");
+}
+
+/// Every line of the examples is one that the program accepts; the short help has no rare options.
+#[test]
+fn cli_help_has_examples_that_parse() {
+    use clap::Parser;
+    let folder = Folder::new();
+    let help = folder.ok("--help");
+    says(&help, "Manual: docs/");
+    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let commands = commands.take_while(|line| !line.is_empty());
+    let mut commands: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
+    commands.retain(|name| *name != "help");
+    assert!(commands.len() >= 17, "{commands:?}");
+    for command in commands {
+        let (short, long) = (folder.ok(&[command, "-h"]), folder.ok(&[command, "--help"]));
+        for (option, shown) in [("--follow-external", false), ("--progress", false), ("--json", true)] {
+            assert_eq!(short.contains(option), shown, "{command}: {option}");
+            assert!(long.contains(option), "{command}: {option}");
+        }
+        assert!(!long.contains("erk-"), "{command}");
+        let examples = short.lines().skip_while(|line| *line != "Examples:").skip(1);
+        let lines: Vec<&str> = examples.filter(|line| line.starts_with("  stickslip ")).collect();
+        assert!(!lines.is_empty() && lines.len() <= 4, "{command}: {lines:?}");
+        for line in lines {
+            let line = line.trim().split("  ").next().unwrap();
+            let words = line.split_whitespace().take_while(|word| *word != ">");
+            let parsed = stickslip::cli::Arguments::try_parse_from(words);
+            assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+        }
+    }
+}
+
+/// What the program prints in a terminal.
+#[cfg(target_os = "linux")]
+fn in_terminal(folder: &Folder, line: &str, no_color: bool) -> String {
+    let line = format!("stty cols 100 rows 24; exec {} {line}", env!("CARGO_BIN_EXE_stickslip"));
+    let mut script = std::process::Command::new("script");
+    script.args(["-qec", &line, "/dev/null"]).current_dir(folder.path("."));
+    script.env_remove("NO_COLOR").env("TERM", "xterm");
+    if no_color {
+        script.env("NO_COLOR", "1");
+    }
+    String::from_utf8(script.output().unwrap().stdout).unwrap()
+}
+
+/// Errors of the arguments and of the commands begin alike, with a colour on a terminal only.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_errors_have_one_voice() {
+    let folder = Folder::new();
+    for wrong in [
+        "run nope",
+        "run --nope",
+        "nope",
+        "run --method",
+        "run --set solver.rtol=-1",
+    ] {
+        let said = folder.refused(wrong, "");
+        assert!(said.starts_with("stickslip: ") && !said.contains('\u{1b}'), "{said}");
+        let coloured = in_terminal(&folder, wrong, false);
+        assert!(
+            coloured.starts_with("\u{1b}[31m\u{1b}[1mstickslip:\u{1b}[0m "),
+            "{coloured:?}"
+        );
+        let plain = in_terminal(&folder, wrong, true);
+        assert!(
+            plain.starts_with("stickslip: ") && !plain.contains('\u{1b}'),
+            "{plain:?}"
+        );
+    }
+    let warned = in_terminal(&folder, "run unperturbed", false);
+    assert!(
+        warned.contains("stickslip: \u{1b}[33m\u{1b}[1mwarning:\u{1b}[0m"),
+        "{warned:?}"
+    );
+}
+
+/// A run of a fraction of a second draws no bar on a terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_progress_does_not_flash() {
+    let folder = Folder::new();
+    folder.write("quick.toml", crate::sweep::QUICK);
+    let said = in_terminal(&folder, "sweep quick.toml --progress always", false);
+    assert!(said.contains(" of ") && !said.contains(" of 0 "), "{said:?}");
+    // A machine under load may need more than that for the first ones.
+    for _ in 0..20 {
+        let start = std::time::Instant::now();
+        let said = in_terminal(&folder, "run --end-time 0.01 --interval 1e-3 --no-witness", false);
+        if start.elapsed() < std::time::Duration::from_millis(500) {
+            return assert!(
+                said.contains("Two-disk brake") && !said.contains(" of 0.01 s"),
+                "{said:?}"
+            );
+        }
+    }
+    panic!("no run of less than half a second");
+}

@@ -139,13 +139,19 @@ fn in_zsh() -> Result<Completion, Failed> {
 
 fn known_shells() -> Result<(), Failed> {
     let folder = Folder::new();
-    for shell in ["bash", "zsh", "fish"] {
+    for shell in ["bash", "zsh", "fish", "powershell", "nushell"] {
         let script = folder.ok(&["completions", shell]);
-        assert!(script.contains("STICKSLIP_COMPLETE"), "{script}");
+        // Nushell asks no program: its script has every command and option.
+        let word = if shell == "nushell" {
+            "export extern \"stickslip work-precision\""
+        } else {
+            "STICKSLIP_COMPLETE"
+        };
+        assert!(script.contains(word), "{script}");
         assert!(!script.contains("target/"), "{script}");
         assert_eq!(folder.json(&["completions", shell])["script"], script.as_str());
     }
-    folder.refused("completions tcsh", &["bash, zsh, fish"]);
+    folder.refused("completions tcsh", &["bash, zsh, fish, powershell, nushell"]);
     Ok(())
 }
 
@@ -199,6 +205,14 @@ fn in_man() -> Result<Completion, Failed> {
             return missing("man is not installed");
         };
         let help = folder.ok(&[&command, "--help"]);
+        for heading in ["SYNOPSIS", "EXAMPLES", "EXIT STATUS", "SEE ALSO"] {
+            assert!(text.contains(heading), "{command}: {heading}\n{text}");
+        }
+        if command == "run" {
+            for words in ["[-o|--output FILE]", "CASE.partial.h5", "Interrupted by Ctrl-C"] {
+                assert!(text.contains(words), "{words}\n{text}");
+            }
+        }
         for option in help
             .split_whitespace()
             .filter(|word| word.starts_with("--") && word.len() > 2)

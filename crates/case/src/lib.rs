@@ -221,14 +221,21 @@ impl Case {
 pub fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // With a lower similarity, suggestions for misspelt keys are more often wrong than right.
     const CLOSE: f64 = 0.8;
+    // A word of this length with one letter too many, too few, wrong, or in the wrong place is close, too.
+    const SHORTEST: usize = 3;
     // No name is longer, and a comparison costs more for a longer text.
     const LONGEST: usize = 100;
     if unknown.len() > LONGEST {
         return None;
     }
     let unknown = unknown.to_lowercase();
+    let similarity = |name: &str| {
+        let slip = unknown.len() >= SHORTEST && strsim::osa_distance(&unknown, name) == 1;
+        let similarity = strsim::jaro_winkler(&unknown, name);
+        if slip { similarity.max(CLOSE) } else { similarity }
+    };
     known
-        .map(|name| (name, strsim::jaro_winkler(&unknown, &name.to_lowercase())))
+        .map(|name| (name, similarity(&name.to_lowercase())))
         .filter(|&(_, similarity)| similarity >= CLOSE)
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(name, _)| name)

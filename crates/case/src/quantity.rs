@@ -204,6 +204,7 @@ pub const UNITS: &[Unit] = &[
     unit("rpm", "1 rev/min"),
     unit("Hz", "1 1/s"),
     unit("kHz", "1000 Hz"),
+    unit("MHz", "1e6 Hz"),
 ];
 
 #[derive(Debug, Clone, PartialEq)]
@@ -261,6 +262,9 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
             quoted(text)
         )
     })?;
+    if let Some(what) = decimal_comma(text) {
+        return Err(what);
+    }
     if dimension == Dimension::Number {
         return Err(format!(
             "expected a plain number, without quotes or unit, but got {}",
@@ -284,7 +288,7 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     let unit = expand(expression)?;
     // A cycle is not a radian. Because the radian may be omitted, cycles would otherwise be read as radians, which is
     // wrong by a factor 2 pi.
-    let cycles = |symbol: &&str| ["Hz", "kHz"].contains(symbol);
+    let cycles = |symbol: &&str| ["Hz", "kHz", "MHz"].contains(symbol);
     let symbols = expression.split(|c: char| !c.is_alphabetic());
     if let Some(symbol) = symbols.into_iter().find(cycles)
         && dimension != Dimension::Frequency
@@ -482,6 +486,23 @@ fn expand(expression: &str) -> Result<Exact, String> {
         return Err(malformed(expression, "a unit is missing at its end"));
     }
     Ok(product)
+}
+
+/// Message about a number with a decimal comma, such as `0,2 m/s`; `None` for any other text.
+pub fn decimal_comma(text: &str) -> Option<String> {
+    let (number, rest) = split_number(text)?;
+    let after = rest.strip_prefix(',')?;
+    let digits = after.bytes().take_while(u8::is_ascii_digit).count();
+    let (fraction, unit) = after.split_at(digits);
+    let is_plain = number
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-'));
+    // Groups of three digits may also be thousands.
+    let other = match digits {
+        3 => format!(", or {number}{fraction}{unit} without a comma"),
+        _ => String::new(),
+    };
+    (digits > 0 && is_plain).then(|| format!("write {number}.{fraction}{unit} with a point{other}"))
 }
 
 fn malformed(expression: &str, why: &str) -> String {

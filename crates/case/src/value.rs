@@ -89,22 +89,29 @@ fn written(value: &CaseValue, number: f64, dimension: Dimension) -> String {
     }
 }
 
+/// Most words that a message lists.
+const MOST_LISTED: usize = 9;
+
 pub(super) fn choice(value: &CaseValue, names: &[&'static str]) -> Result<&'static str, String> {
     let listed = || match names {
         [only] => format!("\"{only}\""),
-        _ => format!("one of \"{}\"", names.join("\", \"")),
+        _ if names.len() <= MOST_LISTED => format!("one of \"{}\"", names.join("\", \"")),
+        _ => {
+            let (first, rest) = names.split_at(MOST_LISTED);
+            let (first, last) = (first.join("\", \""), rest.last().unwrap_or(&""));
+            format!("one of \"{first}\" and {} more, such as \"{last}\"", rest.len())
+        }
     };
     let CaseValue::Text(text) = value else {
         return Err(format!("expected {}, but got {}", listed(), value.describe()));
     };
     names.iter().find(|name| *name == text).copied().ok_or_else(|| {
         let hint = suggest(text, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
-        format!(
-            "expected {}, but got \"{text}\"{}",
-            listed(),
-            hint.unwrap_or_default(),
-            text = shown(text)
-        )
+        let (text, hint) = (shown(text), hint.unwrap_or_default());
+        match names.len() > MOST_LISTED && !hint.is_empty() {
+            true => format!("there is no \"{text}\"{hint}"),
+            false => format!("expected {}, but got \"{text}\"{hint}", listed()),
+        }
     })
 }
 

@@ -14,6 +14,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
+use stickslip_files::{ResultFile, is_hdf5};
 
 mod pages;
 
@@ -40,6 +41,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let requirements = requirements.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
     let report = options.report.as_deref();
     let report = report.map(|path| ReportTarget::new(path, options)).transpose()?;
+    refuse_swapped(options)?;
     let reference = open_reference(&options.reference)?;
     let mapping = mapping(options, &reference)?;
     let comparisons = options.candidates.iter().map(|path| {
@@ -80,6 +82,21 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     match shortfalls.is_empty() {
         true => Ok(CommandEnd::Done),
         false => Err(Error::computation(shortfalls.join("; "))),
+    }
+}
+
+/// Refuses a table in place of the reference if the only candidate is a result.
+fn refuse_swapped(options: &CompareOptions) -> Result<(), Error> {
+    let reference = &options.reference;
+    match &options.candidates[..] {
+        [candidate] if reference.is_file() && !is_hdf5(reference) && ResultFile::open(candidate).is_ok() => {
+            let (table, result) = (reference.display(), candidate.display());
+            let why = format!(
+                "no result of this program, but {result} is; the reference comes first: stickslip compare {result} {table}"
+            );
+            Err(Error::of_file(reference, why))
+        }
+        _ => Ok(()),
     }
 }
 

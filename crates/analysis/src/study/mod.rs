@@ -1,12 +1,15 @@
-//! Common parts of all studies: the reader of study files (`reading`), their head, and the builder of a run into a file.
+//! Common parts of all studies: the reader of study files (`reading`), their head, the kind of a
+//! text (`kind`), and the builder of a run into a file.
 
 mod head;
 mod keys;
+mod kind;
 mod reading;
 
 pub(crate) use head::{PROBES, check_points, hash_of, written};
 pub use head::{StudyHead, StudySource};
 pub use keys::{StudyKey, StudyTable, tables};
+pub use kind::{TextKind, kind_of};
 pub(crate) use reading::{StudyReader, plain};
 
 use crate::error::Error;

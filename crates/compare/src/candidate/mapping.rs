@@ -16,6 +16,15 @@ pub struct MappedColumn {
     pub name: String,
     /// Conversion factor to the SI unit; `None` if the unit is not given.
     pub factor: Option<f64>,
+    /// Whether the values have the opposite sign.
+    pub negated: bool,
+}
+
+impl MappedColumn {
+    /// 1, or -1 for values of the opposite sign.
+    pub(super) fn sign(&self) -> f64 {
+        if self.negated { -1.0 } else { 1.0 }
+    }
 }
 
 /// Time added to a candidate's times, because its clock may start elsewhere.
@@ -77,9 +86,11 @@ pub struct Mapping {
 
 fn parse_column(text: &str, unit: Option<&str>, dimension: Dimension) -> Result<MappedColumn, String> {
     let factor = unit.map(|unit| factor(unit, dimension)).transpose()?;
+    let negated = text.strip_prefix('-').map(str::trim_start);
     Ok(MappedColumn {
-        name: text.to_owned(),
+        name: negated.unwrap_or(text).to_owned(),
         factor,
+        negated: negated.is_some(),
     })
 }
 
@@ -103,6 +114,7 @@ impl Mapping {
         let column = |name: &str| MappedColumn {
             name: name.to_owned(),
             factor: None,
+            negated: false,
         };
         if self.event_file.is_none() && self.event_time.is_none() && self.event_kind.is_none() {
             (self.event_time, self.event_kind) = (Some(column("time")), Some(column("kind")));
@@ -183,7 +195,7 @@ impl Mapping {
     }
 
     /// Adds `CHANNEL=COLUMN` or `CHANNEL=COLUMN:UNIT`, as on the command line. The channel may also be `time`,
-    /// `events.time` or `events.kind`.
+    /// `events.time` or `events.kind`. A minus sign before the column reads its values with the opposite sign.
     pub fn add_option(&mut self, option: &str) -> Result<(), CompareError> {
         let fault = |what: String| CompareError::Option(format!("--column {option}: {what}"));
         let (name, rest) = option.split_once('=').ok_or_else(|| {

@@ -317,16 +317,18 @@ impl CandidateTable {
         CompareError::whole(&self.path, what, "correct the mapping or the option --column")
     }
 
-    /// The factor to SI: from the mapping, from the file, or 1.
+    /// The factor to SI: from the mapping, from the file, or 1. It has the sign of the mapping.
     pub fn factor(&self, name: &str, mapped: Option<&MappedColumn>, dimension: Dimension) -> Result<f64, CompareError> {
+        let sign = mapped.map_or(1.0, MappedColumn::sign);
         if let Some(factor) = mapped.and_then(|column| column.factor) {
-            return Ok(factor);
+            return Ok(sign * factor);
         }
         let array = self.find(slice_of(name).0, is_number);
         let Some(unit) = array.and_then(|k| self.reader.unit(k)) else {
-            return Ok(1.0);
+            return Ok(sign);
         };
-        mapping::factor(&unit, dimension).map_err(|what| {
+        let factor = mapping::factor(&unit, dimension).map(|factor| sign * factor);
+        factor.map_err(|what| {
             let what = format!("its unit \"{}\": {what}", shown(&unit));
             let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
             CompareError::content(&self.path, name, what, remedy)

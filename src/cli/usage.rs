@@ -1,0 +1,243 @@
+//! Wrong usage: which command, option or file was probably meant.
+
+use super::arguments::{Arguments, Command};
+use super::case::OF_COMMANDS;
+use crate::Error;
+use clap::CommandFactory;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use std::path::{Path, PathBuf};
+use stickslip_analysis::study::{TextKind, kind_of};
+use stickslip_analysis::sweep::StudySource;
+use stickslip_case::builtin::{self, BuiltIn};
+use stickslip_case::{schema, suggest, train_keys};
+
+/// Message for arguments that could not be parsed, without a prefix; the usage of the command is below it.
+pub(super) fn message(error: &clap::Error) -> String {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    let program = Arguments::command();
+    let usage = error
+        .get(ContextKind::Usage)
+        .map(ToString::to_string)
+        .unwrap_or_default();
+    let mut words = usage.split_whitespace().skip_while(|word| *word != "stickslip").skip(1);
+    let command = words.next().and_then(|name| program.find_subcommand(name));
+    let what = match (
+        error.kind(),
+        text(ContextKind::InvalidArg),
+        text(ContextKind::InvalidSubcommand),
+    ) {
+        (ErrorKind::UnknownArgument, Some(option), _) => {
+            unknown_option(option, text(ContextKind::SuggestedArg), command)
+        }
+        (ErrorKind::InvalidSubcommand, _, Some(name)) => unknown_command(name, &program),
+        _ => {
+            let text = error.to_string();
+            let text = text.strip_prefix("error: ").unwrap_or(&text);
+            let end = text.find("\n\nUsage:").or(text.find("\n\nFor more information"));
+            text[..end.unwrap_or(text.len())].to_owned()
+        }
+    };
+    let help = command.map_or_else(String::new, |command| format!(" {}", command.get_name()));
+    let usage = match usage.is_empty() {
+        true => String::new(),
+        false => format!("\n\n{}", usage.trim_end()),
+    };
+    format!("{}{usage}\n\n`stickslip{help} --help` says more", what.trim_end())
+}
+
+/// Longest list of keys in a message.
+const MOST_KEYS: usize = 3;
+
+fn unknown_option(given: &str, similar: Option<&str>, command: Option<&clap::Command>) -> String {
+    let of = command.map_or_else(
+        || "stickslip".to_owned(),
+        |command| format!("stickslip {}", command.get_name()),
+    );
+    let Some(name) = given.strip_prefix('-').map(|rest| rest.trim_start_matches('-')) else {
+        return format!("\"{given}\": {of} takes no further argument; a value with blanks stands in quotes");
+    };
+    let has_set = command.is_some_and(|command| command.get_arguments().any(|one| one.get_long() == Some("set")));
+    let name = name.replace('-', "_");
+    let mut keys: Vec<&str> = Vec::new();
+    if has_set {
+        let all = schema::keys().chain(train_keys()).map(|key| key.path);
+        for path in all.filter(|path| *path == name || path.rsplit('.').next() == Some(&name)) {
+            if !keys.contains(&path) {
+                keys.push(path);
+            }
+        }
+    }
+    let keys = keys
+        .iter()
+        .take(MOST_KEYS)
+        .map(|key| format!("--set {}=...", key.replace("[]", ".0")));
+    let keys: Vec<String> = keys.collect();
+    match (&keys[..], similar) {
+        ([], Some(similar)) => format!("{given}: no such option; did you mean {similar}?"),
+        ([], None) => format!("{given}: {of} has no such option"),
+        ([key], _) => format!("{given}: no such option; {key} changes that key"),
+        _ => format!("{given}: no such option; {} changes such a key", keys.join(" or ")),
+    }
+}
+
+fn unknown_command(name: &str, program: &clap::Command) -> String {
+    let commands: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+    if let Some(close) = suggest(name, commands.iter().copied()) {
+        return format!("there is no command \"{name}\"; did you mean {close}?");
+    }
+    if let Some(text) = Known::find(name) {
+        return format!("\"{name}\" is {}, not a command: {}", text.what(), text.command(name));
+    }
+    let mut built_in = Known::built_in();
+    match suggest(name, built_in.clone().map(|(name, _)| name)) {
+        Some(close) => {
+            let found = built_in.find(|(name, _)| *name == close);
+            let command = found.map_or_else(String::new, |(name, text)| text.command(name));
+            format!("there is no command \"{name}\"; did you mean {command}?")
+        }
+        None => format!(
+            "there is no command \"{name}\"; the commands are {}",
+            commands.join(", ")
+        ),
+    }
+}
+
+/// A case or a study that was given where something else was expected.
+#[derive(Debug, Clone)]
+enum Known {
+    BuiltIn(TextKind),
+    File(TextKind),
+}
+
+impl Known {
+    /// Every built-in case and study.
+    fn built_in() -> impl Iterator<Item = (&'static str, Known)> + Clone {
+        let cases = builtin::all().into_iter().map(|case| (case.name, TextKind::Case));
+        let studies = OF_COMMANDS.into_iter().flat_map(|(command, studies, _)| {
+            studies
+                .iter()
+                .map(move |study| (study.name, TextKind::Study(vec![command])))
+        });
+        cases.chain(studies).map(|(name, kind)| (name, Known::BuiltIn(kind)))
+    }
+
+    /// The built-in text of this name, or the TOML file of this path.
+    fn find(name: &str) -> Option<Known> {
+        let path = Path::new(name);
+        if path.is_file() {
+            let is_toml = path.extension().is_some_and(|extension| extension == "toml");
+            let text = is_toml.then(|| stickslip_case::input::text(path).ok()?.ok())??;
+            return kind_of(&text).map(Known::File);
+        }
+        Known::built_in().find(|one| one.0 == name).map(|one| one.1)
+    }
+
+    fn kind(&self) -> &TextKind {
+        match self {
+            Known::BuiltIn(kind) | Known::File(kind) => kind,
+        }
+    }
+
+    /// "a case", "a built-in study".
+    fn what(&self) -> String {
+        let built_in = match self {
+            Known::BuiltIn(_) => "built-in ",
+            Known::File(_) => "",
+        };
+        let noun = match self.kind() {
+            TextKind::Case => "case",
+            TextKind::Study(_) => "study",
+        };
+        format!("a {built_in}{noun}")
+    }
+
+    /// The command that computes it.
+    fn command(&self, name: &str) -> String {
+        let command = match self.kind() {
+            TextKind::Case => "run",
+            TextKind::Study(commands) => commands.first().copied().unwrap_or("sweep"),
+        };
+        format!("stickslip {command} {name}")
+    }
+}
+
+/// Refuses a study in place of a case, with the command that computes it.
+pub(super) fn refuse_study(name: &str) -> Result<(), Error> {
+    match Known::find(name).filter(|known| matches!(known.kind(), TextKind::Study(_))) {
+        Some(study) => Err(Error::input(format!(
+            "{name} is {}: {}",
+            study.what(),
+            study.command(name)
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Finds a study for a command. A case, or a study for another command, is refused with its own.
+pub(super) fn study(name: &str, command: &str, built_in: &[BuiltIn]) -> Result<StudySource, Error> {
+    let fits = |known: &Known| matches!(known.kind(), TextKind::Study(commands) if commands.contains(&command));
+    match Known::find(name).filter(|known| !fits(known)) {
+        Some(other) => {
+            let noun = match other.kind() {
+                TextKind::Case => "",
+                TextKind::Study(_) => " for another command",
+            };
+            Err(Error::input(format!(
+                "{name} is {}{noun}: {}",
+                other.what(),
+                other.command(name)
+            )))
+        }
+        None => Ok(StudySource::find(name, built_in)?),
+    }
+}
+
+/// Refuses a case or a study in place of its result, and a result that was not computed yet, with the command that
+/// writes it. All other faults of files are found by their readers.
+pub(super) fn refuse_uncomputed(command: &Command) -> Result<(), Error> {
+    let results = command.results().into_iter().filter(|path| !path.is_dir());
+    results.into_iter().try_for_each(|path| {
+        let name = path.to_string_lossy();
+        let known = Known::find(&name).filter(|_| path.extension().is_none_or(|extension| extension == "toml"));
+        if let Some(known) = known {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let why = format!(
+                "{}, not a result; `{}` writes {stem}.h5",
+                known.what(),
+                known.command(&name)
+            );
+            return Err(Error::of_file(path, why).placed(path));
+        }
+        match written_by(path).filter(|_| !path.exists()) {
+            Some(command) => Err(Error::of_file(path, format!("no such file; `{command}` writes it")).placed(path)),
+            None => Ok(()),
+        }
+    })
+}
+
+/// The command that writes a result of this name.
+fn written_by(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_str()?.strip_suffix(".h5")?;
+    let (name, of_case) = [("certified", "certify"), ("cycle", "cycle")]
+        .into_iter()
+        .find_map(|(ending, command)| Some((name.strip_suffix(ending)?.strip_suffix('.')?, Some(command))))
+        .unwrap_or((name, None));
+    let file: PathBuf = path.with_file_name(format!("{name}.toml"));
+    let given = match file.is_file() {
+        true => file.to_str()?.to_owned(),
+        false => name.to_owned(),
+    };
+    let known = Known::find(&given)?;
+    let command = match (of_case, known.kind()) {
+        (Some(command), TextKind::Case) => format!("stickslip {command} {given}"),
+        (None, _) => known.command(&given),
+        (Some(_), TextKind::Study(_)) => return None,
+    };
+    Some(match path.parent().is_some_and(|folder| folder != Path::new("")) {
+        true => format!("{command} -o {}", path.display()),
+        false => command,
+    })
+}
