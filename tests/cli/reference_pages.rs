@@ -433,10 +433,7 @@ fn regression_the_page_of_columns_is_what_files_have() {
                     .concat(),
                 ),
             ),
-            (
-                "sweep",
-                titled(&map, &["/events"]) + &titled(&boundary, &["/boundary"]),
-            ),
+            ("sweep", titled(&map, &["/events"]) + &titled(&boundary, &["/boundary"])),
             ("continuation", titled(&branches, &["/branches", "/points", "/curves"])),
             ("work-precision", titled(&precision, &["/runs", "/reference"])),
         ],
