@@ -1,18 +1,16 @@
-//! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
+//! Makes pictures of the documentation, into docs/figures: `cargo run --release --example gallery`, in a checkout.
 //!
-//! One run of the paper's brake, and from it all figures of the catalogue, into docs/figures: those of docs/reference/figures.md;
-//! the onset of `paper-si` against the tolerance; the portrait of a run of trains;
-//! and that of the built-in work-precision study, which takes some minutes and whose times are those of the machine.
+//! Figures of the paper's brake, the onset of `paper-si` against the tolerance, and the figure of the built-in
+//! work-precision study, which takes some minutes and whose times are those of the machine. The pictures of
+//! docs/2-your-case.md and docs/4-many-runs.md are made by the commands on these pages.
 
 use std::error::Error;
 use std::path::Path;
-use stickslip::analysis::Modes;
-use stickslip::analysis::SavedRun;
 use stickslip::analysis::stability::growth::onsets;
 use stickslip::analysis::work_precision::{self, PrecisionStudy, StudySource};
 use stickslip::case::{Case, CaseSource};
 use stickslip::output::{Output, Product};
-use stickslip::plot::catalogue::{self, ENTRIES};
+use stickslip::plot::catalogue;
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::{self, Drawing, DrawnRun, Figure};
@@ -41,8 +39,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} sticks", report.digest.cycles.stick_count);
     let runs = [DrawnRun::open(&path)?];
     let subject = Subject::new(&runs).ok_or("no run")?;
-    for entry in ENTRIES {
-        let figure = entry.build(&subject)?.map_err(|absent| absent.why)?;
+    for entry in [FIRST, "stick-slip-close-up", "durations"] {
+        let figure = catalogue::find(entry)?.build(&subject)?.map_err(|absent| absent.why)?;
         save(&figure)?;
         // The first picture of the README has a form for dark pages.
         if figure.name == FIRST {
@@ -50,23 +48,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             write(&format!("{}-dark", figure.name), &drawing)?;
         }
     }
-    let of_case = Modes::of_case(&case.system, &case.solver, case.output.end_time);
-    let slowing = of_case.slowing.ok_or("sliding that does not slow down")?;
-    save(&plot::law::modes_figure(&case.title, case.motion(), &slowing))?;
     let kicked = Case::read(&CaseSource::built_in("paper-si")?, &[])?;
     let system = kicked.system.clone();
     let found = onsets(&system, &kicked.solver, kicked.output.end_time, &|| false).ok_or("interrupted")?;
     save(&plot::accuracy::onset_figure(&kicked.title, &found))?;
-    let trains = Case::read(&CaseSource::built_in("drill-string")?, &[])?;
-    let path = Path::new("target").join("drill-string.h5");
-    SavedRun::new(&trains, &path).start()?;
-    let runs = [DrawnRun::open(&path)?];
-    let subject = Subject::new(&runs).ok_or("no run")?;
-    for entry in ["relative-velocity", "phase-portrait"] {
-        let figure = catalogue::find(entry)?.build(&subject)?.map_err(|absent| absent.why)?;
-        let name = format!("drill-string-{}", figure.name);
-        save(&Figure { name, ..figure })?;
-    }
     let study = PrecisionStudy::parse(StudySource::find("work-precision", work_precision::STUDIES)?)?;
     let result = work_precision::run(&study, &())?;
     save(&plot::accuracy::work_precision_figure(&study.head.title, &result))
