@@ -36,8 +36,8 @@ fn blocks(document: &str) -> Vec<Block> {
 const GIVEN: &[(&str, &str)] = &[
     (
         "stickslip sweep STUDY",
-        "printf 'case = \"paper\"\nset = { output.end_time = 0.02, solver.method = \"series\" }\n\
-         axis = [{ key = \"torsion.damping\", from = 10, to = 30, count = 8 }]\n' > STUDY.toml",
+        "printf 'case = \"paper\"\\nset = { output.end_time = 0.02, solver.method = \"series\" }\\n\
+         axis = [{ key = \"torsion.damping\", from = 10, to = 30, count = 8 }]\\n' > STUDY.toml",
     ),
     (
         "stickslip merge",
