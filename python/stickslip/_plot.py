@@ -136,7 +136,7 @@ def plot_run(
         raise InputError("the run has no samples; compute it with trajectory=True")
     start, end = seen(window, stick_slip_window(run))
     axes = axes_for(len(names), ax)
-    rows = run.trajectory_with_events()
+    rows = run.trajectory_with_events(*names)
     time = rows["time"]
     # With a sample on either side, so that curves reach the edges.
     inside = slice(max(int(np.searchsorted(time, start)) - 1, 0), int(np.searchsorted(time, end, "right")) + 1)
@@ -188,7 +188,7 @@ def plot_cycle(cycle: Any, x: str, y: str, *, ax: Any, **style: Any) -> Any:
         if name not in run.trajectory:
             raise InputError(f"the run has no channel {name}; there are {', '.join(run.trajectory)}")
     (one,) = axes_for(1, ax)
-    rows = run.trajectory_with_events()
+    rows = run.trajectory_with_events(x, y)
     known = np.isfinite(rows[x]) & np.isfinite(rows[y])
     one.plot(rows[x][known], rows[y][known], **{"color": BLUE, "linewidth": 1.2, **style})
     for kind in ("stick", "slip"):

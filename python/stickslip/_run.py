@@ -251,12 +251,14 @@ class Run:
         frame.attrs["units"] = {name: self.table("events").units[name] for name in frame.columns}
         return frame
 
-    def trajectory_with_events(self) -> dict[str, NDArray[Any]]:
+    def trajectory_with_events(self, *channels: str) -> dict[str, NDArray[Any]]:
         """The samples with two more rows for each event, the states before and after it, in order of time.
 
         The columns are those of :attr:`trajectory`, and ``event``, the index of the event in :attr:`events` (-1 for a sample),
         and ``side``: -1 before the event, 1 after it, 0 for a sample. The two rows of an event have the same time. Works,
         dissipated energies and the energy residual depend on the past and not on the state: they are NaN in these rows.
+
+        :param channels: only these columns, with ``time``, ``event`` and ``side``; by default all.
         """
         table, events = self.trajectory, self.table("events")
         times, count = events["time"], len(events["time"])
@@ -285,7 +287,7 @@ class Run:
             both = np.column_stack([before, after]).ravel().astype(column.dtype)
             return np.insert(column, places, both)
 
-        found = {name: merged(name) for name in table}
+        found = {name: merged(name) for name in (dict.fromkeys(("time", *channels)) if channels else table)}
         samples = np.full(len(table["time"]), -1, dtype=np.int64)
         found["event"] = np.insert(samples, places, np.repeat(np.arange(count), 2))
         found["side"] = np.insert(np.zeros(len(samples), dtype=np.int8), places, np.tile([-1, 1], count))

@@ -139,6 +139,9 @@ def test_property_events_are_merged_into_the_trajectory(paper):
     for name in paper.trajectory:
         assert rows[name].dtype == paper.trajectory[name].dtype
         assert np.array_equal(rows[name][of_sample], paper.trajectory[name], equal_nan=True)
+    some = paper.trajectory_with_events("normal_force")
+    assert list(some) == ["time", "normal_force", "event", "side"]
+    assert np.array_equal(some["normal_force"], rows["normal_force"])
     assert len(rows["time"]) == len(paper.time) + 2 * len(paper.events)
     assert np.all(np.diff(rows["time"]) >= 0)
     # Before and after, next to each other.
@@ -342,7 +345,8 @@ except KeyboardInterrupt:
     "call",
     [
         'stickslip.run("belt-leine", {"output.end_time": 1e8, "output.interval": 1e6, "solver.max_events": 10**9})',
-        'stickslip.sweep("critical-curve", jobs=1)',
+        'stickslip.sweep("critical-curve", jobs=1, progress=True)',
+        'stickslip.follow("belt-branches")',
     ],
 )
 def test_cli_control_c_raises_keyboard_interrupt(call):
