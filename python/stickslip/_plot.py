@@ -173,11 +173,15 @@ def plot_run(
         one.set_xlim(start, end)
     axes[-1].set_xlabel("time (s)")
     if ax is None:
-        axes[0].set_title(run.title, fontsize="medium")
+        axes[0].set_title(run.title, fontsize="medium", loc="left")
         handles, _ = axes[0].get_legend_handles_labels()
-        if handles or sticks:
-            patch = pyplot().Rectangle((0, 0), 1, 1, color=YELLOW, alpha=0.34, linewidth=0, label="sticking")
-            axes[0].legend(handles=[*handles, *([patch] if sticks else [])], loc="upper right", fontsize="small", ncols=3)
+        if axes[0].collections and axes[0].collections[0].get_paths():
+            handles.append(pyplot().Rectangle((0, 0), 1, 1, color=YELLOW, alpha=0.34, linewidth=0, label="sticking"))
+        if handles:
+            # Above the axes, where it covers no curve.
+            place: dict[str, Any] = {"bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1, "frameon": False}
+            text: dict[str, Any] = {"fontsize": "small", "handletextpad": 0.3, "columnspacing": 1.0}
+            axes[0].legend(handles=handles, loc="lower right", ncols=3, **place, **text)
     return returned(axes)
 
 
