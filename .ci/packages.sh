@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # .ci/packages.sh PROGRAM PYTHON FOLDER [ROOT]: what is packed of the static PROGRAM (packaging/program).
 #
-# The tarball, unpacked and run from another folder; the Debian package, where cargo-deb is there, installed in ROOT, a bare
-# Debian, or in one that is made here (as root); the container file and the conda recipe, which are linted and not built. PYTHON
-# has .ci/requirements.txt.
+# The tarball, unpacked and run from another folder; the Debian package, installed in ROOT, a bare Debian, or in one that is
+# made here (as root); the container file and the conda recipe, which are linted and not built. PYTHON has
+# .ci/requirements.txt.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$(realpath "$1")
@@ -13,6 +13,11 @@ root=${4-$folder/root}
 rm -rf "$folder"
 mkdir -p "$folder"
 
+if readelf --sections --wide "$program" | grep -q '\.symtab'; then
+  echo "$program is not stripped" >&2
+  exit 1
+fi
+
 tarball=$(packaging/tarball "$program")
 echo "tarball: $tarball, $(stat -c %s "$tarball") bytes"
 for file in bin/stickslip share/man/man1/stickslip-run.1 share/bash-completion/completions/stickslip \
@@ -21,14 +26,11 @@ for file in bin/stickslip share/man/man1/stickslip-run.1 share/bash-completion/c
   [[ $(tar -tzf "$tarball") == *"/$file"* ]] || { echo "the tarball lacks $file" >&2; exit 1; }
 done
 
-if ! cargo deb --version >/dev/null 2>&1; then
-  echo "Debian package: skipped: cargo install cargo-deb"
-elif [[ $(id -u) != 0 ]]; then
-  packaging/deb "$program"
-  echo "Debian package: built; not installed: not root"
+package=$(packaging/deb "$program")
+echo "Debian package: $package, $(stat -c %s "$package") bytes"
+if [[ $(id -u) != 0 ]]; then
+  echo "Debian package: not installed: not root"
 else
-  package=$(packaging/deb "$program")
-  echo "Debian package: $package, $(stat -c %s "$package") bytes"
   if [[ ! -d $root ]]; then
     # shellcheck source=/dev/null
     suite=$(. /etc/os-release && echo "$VERSION_CODENAME")

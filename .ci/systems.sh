@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# .ci/systems.sh PYTHON FOLDER SUITE...: the packages of target/packages on bare systems of other versions: Debian (bookworm, trixie)
-# and Ubuntu (jammy, noble). Before a release; as root, because of chroot.
+# .ci/systems.sh PYTHON FOLDER SUITE...: the packages of target/packages on bare systems of other versions: Debian (bullseye,
+# bookworm, trixie) and Ubuntu (jammy, noble). Before a release; as root, because of chroot.
 #
 # In each SUITE, made in FOLDER by debootstrap: the Debian package is installed, run and removed; the tarball is unpacked and run; the
 # wheel is installed by pip, with NumPy alone, and computes and opens a run. PYTHON fetches NumPy for its Python.
-# MIRROR_DEBIAN and MIRROR_UBUNTU name the mirrors.
+# MIRROR_DEBIAN (by default the one of this system) and MIRROR_UBUNTU name the mirrors.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=$(realpath -s "$1")
@@ -22,7 +22,11 @@ make_root() {
       options+=(--no-check-gpg "--components=main,universe")
       debootstrap "${options[@]}" "$suite" "$root" "${MIRROR_UBUNTU:?}" gutsy
       ;;
-    *) debootstrap "${options[@]}" "$suite" "$root" "${MIRROR_DEBIAN:?}" ;;
+    *)
+      # shellcheck disable=SC2016 # $(SITE) is for apt-get
+      debootstrap "${options[@]}" "$suite" "$root" \
+        "${MIRROR_DEBIAN-$(apt-get indextargets --format '$(SITE)' | head -n 1)}"
+      ;;
   esac
 }
 
@@ -41,7 +45,7 @@ stickslip run --quiet -o deb.h5
 stickslip check deb.h5
 stickslip plot deb.h5 >/dev/null
 dpkg -r stickslip >/dev/null
-! command -v stickslip
+test ! -e /usr/bin/stickslip
 echo "Debian package: runs"
 tar -xzf /packages/stickslip-*.tar.gz
 ./stickslip-*/bin/stickslip run --quiet -o tarball.h5
@@ -70,12 +74,12 @@ for suite in "$@"; do
   version=$(chroot "$root" python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')
   rm -rf "$root/packages"
   mkdir "$root/packages"
-  cp "$packages"/stickslip* "$root/packages/"
+  cp "$packages"/stickslip* "$folder/check" "$root/packages/"
   "$python" -m pip download --quiet --disable-pip-version-check --only-binary=:all: --python-version "$version" \
     --dest "$root/packages" numpy
   mount -t proc proc "$root/proc"
   trap 'umount "$root/proc"' EXIT
-  env -i HOME=/root LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin chroot "$root" bash <"$folder/check"
+  env -i HOME=/root LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin chroot "$root" bash /packages/check
   umount "$root/proc"
   trap - EXIT
 done

@@ -188,7 +188,7 @@ impl Run {
             };
             let of_state = columns(State::CHANNELS.iter().map(|one| one.name.to_owned()).collect())?;
             let further = columns(course.further().into_iter().map(|one| one.name).collect())?;
-            let mut rows = vec![Vec::with_capacity(times.len()); Channels::COUNT];
+            let mut rows = vec![Vec::new(); Channels::COUNT];
             for (row, (&time, &code)) in times.iter().zip(modes).enumerate() {
                 let state = State::from_values(std::array::from_fn(|channel| of_state[channel][row]));
                 let more: Vec<f64> = further.iter().map(|column| column[row]).collect();
