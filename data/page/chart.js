@@ -125,8 +125,9 @@ class Chart {
 
   // Sets the view, as close as the limits allow, and draws it with the next frame.
   setView(from, to) {
-    const [first, last] = this.limits;
-    const span = Math.min(Math.max(to - from, SHORTEST), last - first);
+    const [first, last] = this.limits, whole = last - first;
+    // Zoomed in and out again the run is whole, to the last bit.
+    const span = to - from > whole * (1 - 1e-9) ? whole : Math.max(to - from, SHORTEST);
     const middle = (from + to) / 2;
     this.from = Math.min(Math.max(middle - span / 2, first), last - span);
     this.to = this.from + span;
