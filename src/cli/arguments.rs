@@ -54,7 +54,7 @@ pub(super) struct KeyOptions {
     /// End of the run, s or with a unit (output.end_time).
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     end_time: Option<String>,
-    /// Time between samples, s or with a unit (output.interval).
+    /// Interval of samples, s or with a unit (output.interval).
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     interval: Option<String>,
 }

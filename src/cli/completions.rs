@@ -101,7 +101,9 @@ fn pages(folder: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {
     std::fs::create_dir_all(folder).map_err(|error| (folder.to_owned(), error))?;
     let mut program = Arguments::command()
         .version(env!("CARGO_PKG_VERSION"))
-        .disable_help_subcommand(true);
+        .disable_help_subcommand(true)
+        // clap_mangen leaves out the text of options that the short help hides.
+        .mut_args(|arg| arg.hide_short_help(false));
     program.build();
     let commands: Vec<clap::Command> = program.get_subcommands().cloned().collect();
     let source = format!("stickslip {}", env!("CARGO_PKG_VERSION"));

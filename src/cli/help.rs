@@ -39,10 +39,10 @@ const COMMANDS: &[CommandHelp] = &[
     help(
         "run",
         &[
-            ("run", "the built-in case paper, into paper.h5"),
+            ("run", "the built-in case paper"),
             ("run mine.toml -o mine.h5", "a case of your own"),
             ("run --rtol 1e-12 --end-time 7.1", "shorter and more accurate"),
-            ("run clutch --set friction.decay=4", "a case with another parameter"),
+            ("run paper-si --set friction.decay=4", "a case with another parameter"),
         ],
         &[
             ("CASE.h5", "The result, if -o gives no other name."),
@@ -64,15 +64,9 @@ const COMMANDS: &[CommandHelp] = &[
     help(
         "compare",
         &[
-            ("compare paper.h5 mine.csv", "find the cause of a difference"),
-            (
-                "compare paper.h5 mine.csv --column theta=w:deg",
-                "name a column and its unit",
-            ),
-            (
-                "compare paper.h5 mine.csv --report mine.html",
-                "with figures, for a browser",
-            ),
+            ("compare paper.h5 mine.csv", "find the cause"),
+            ("compare paper.h5 mine.csv --column theta=w:deg", "name a column, unit"),
+            ("compare paper.h5 mine.csv --report mine.html", "as a web page"),
         ],
         &[],
     ),
@@ -106,7 +100,7 @@ const COMMANDS: &[CommandHelp] = &[
     help(
         "calibrate",
         &[
-            ("calibrate", "the built-in study paper-decay"),
+            ("calibrate", "the study paper-decay"),
             ("calibrate mine.toml --case found.toml", "write the case that was found"),
         ],
         &[("STUDY.h5", "Every run, and the region of the parameters.")],
@@ -114,7 +108,7 @@ const COMMANDS: &[CommandHelp] = &[
     help(
         "plot",
         &[
-            ("plot paper.h5", "its figures, into the folder figures"),
+            ("plot paper.h5", "into the folder figures"),
             ("plot paper.h5 --channel phi1 -o phi1.pdf", "one channel over time"),
             ("plot paper.h5 --html paper.html --open", "a page for a browser"),
             ("plot one.h5 two.h5", "two runs in each figure"),
@@ -125,7 +119,7 @@ const COMMANDS: &[CommandHelp] = &[
         "export",
         &[
             ("export paper.h5 -o paper.csv", "the samples"),
-            ("export paper.h5 -o events.csv --table events", "sticks and slips"),
+            ("export paper.h5 -o events.csv --table events", "all events"),
             ("export paper.h5 -o x.npz --rate 1MHz --window 6.97:6.99", "at 1 MHz"),
         ],
         &[],
@@ -141,7 +135,7 @@ const COMMANDS: &[CommandHelp] = &[
     help(
         "cycle",
         &[
-            ("cycle belt-leine", "the cycle at the end of the run"),
+            ("cycle belt-leine", "the cycle a run ends in"),
             ("cycle belt-leine --set rotor.speed=0.3", "with another parameter"),
         ],
         &[("CASE.cycle.h5", "One period of the cycle, with its multipliers.")],
@@ -194,7 +188,7 @@ const EXIT_STATUS: [(&str, &str); 4] = [
         "1",
         "The computation failed, or a check that was asked for was not met (--strict, --digits, --require).",
     ),
-    ("2", "Wrong usage or wrong input; nothing was computed."),
+    ("2", "Wrong usage or wrong input."),
     (
         "130",
         "Interrupted by Ctrl-C or a termination signal; the message says which results were saved.",
@@ -205,9 +199,6 @@ fn of(command: &str) -> Option<&'static CommandHelp> {
     COMMANDS.iter().find(|help| help.command == command)
 }
 
-/// Lines of a terminal.
-const WIDTH: usize = 80;
-
 /// Examples of a command, and for the program itself the place of the manual, below the options in its help.
 pub(super) fn examples(command: &str) -> StyledStr {
     let examples = of(command).map_or(&[][..], |help| help.examples);
@@ -216,10 +207,7 @@ pub(super) fn examples(command: &str) -> StyledStr {
     // As clap writes its own headings.
     let mut text = "\u{1b}[1m\u{1b}[4mExamples:\u{1b}[0m".to_owned();
     for (line, meaning) in examples {
-        text += &match 2 + PROGRAM.len() + 1 + column + 2 + meaning.len() {
-            ..=WIDTH => format!("\n  {PROGRAM} {line:column$}  {meaning}"),
-            _ => format!("\n  {PROGRAM} {line}\n      {meaning}"),
-        };
+        text += &format!("\n  {PROGRAM} {line:column$}  {meaning}");
     }
     if command.is_empty() {
         text += "\n\nManual: docs/README.md of the source, share/doc/stickslip of an installation,\nman stickslip-run for each command";

@@ -153,7 +153,7 @@ fn cli_help_of_commands_and_what_a_misspelt_one_means() {
     let of_export = folder.ok("help export");
     let wide: Vec<&str> = of_export.lines().filter(|line| line.chars().count() > 80).collect();
     assert_eq!(wide, Vec::<&str>::new());
-    folder.refused("comparre", &["'compare'"]);
-    folder.refused("integrate", &["The commands are run, certify,"]);
+    folder.refused("comparre", "did you mean compare?");
+    folder.refused("integrate", "the commands are run, certify,");
     folder.refused("run --method serise", &["did you mean \"series\"?"]);
 }

@@ -450,6 +450,7 @@ fn cli_help_has_examples_that_parse() {
         let lines: Vec<&str> = examples.filter(|line| line.starts_with("  stickslip ")).collect();
         assert!(!lines.is_empty() && lines.len() <= 4, "{command}: {lines:?}");
         for line in lines {
+            assert!(line.chars().count() <= 80, "{line}");
             let line = line.trim().split("  ").next().unwrap();
             let words = line.split_whitespace().take_while(|word| *word != ">");
             let parsed = stickslip::cli::Arguments::try_parse_from(words);
@@ -516,10 +517,11 @@ fn cli_progress_does_not_flash() {
         let start = std::time::Instant::now();
         let said = in_terminal(&folder, "run --end-time 0.01 --interval 1e-3 --no-witness", false);
         if start.elapsed() < std::time::Duration::from_millis(500) {
-            return assert!(
+            assert!(
                 said.contains("Two-disk brake") && !said.contains(" of 0.01 s"),
                 "{said:?}"
             );
+            return;
         }
     }
     panic!("no run of less than half a second");

@@ -209,7 +209,12 @@ fn in_man() -> Result<Completion, Failed> {
             assert!(text.contains(heading), "{command}: {heading}\n{text}");
         }
         if command == "run" {
-            for words in ["[-o|--output FILE]", "CASE.partial.h5", "Interrupted by Ctrl-C"] {
+            for words in [
+                "[-o|--output FILE]",
+                "Follow links from",
+                "CASE.partial.h5",
+                "Interrupted by Ctrl-C",
+            ] {
                 assert!(text.contains(words), "{words}\n{text}");
             }
         }
