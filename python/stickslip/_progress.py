@@ -35,12 +35,16 @@ def shown(progress: Union[bool, Callable[[Any, Any], object]], unit: str) -> Ite
         return
     tqdm = _tqdm()
     if tqdm is None:
+        told: list[float] = []
 
         def count(done: float, total: float) -> None:
-            end = "\n" if done == total else ""
-            print(f"\r{done:.6g} of {total:.6g} {unit}", end=end, file=sys.stderr, flush=True)
+            told[:] = [done, total]
+            print(f"\r{done:.6g} of {total:.6g} {unit}", end="", file=sys.stderr, flush=True)
 
         yield count
+        if told:
+            # The last part of a computation may be too short to be told.
+            print(f"\r{told[1]:.6g} of {told[1]:.6g} {unit}", file=sys.stderr, flush=True)
         return
     bars: list[Any] = []
 
@@ -53,6 +57,8 @@ def shown(progress: Union[bool, Callable[[Any, Any], object]], unit: str) -> Ite
 
     try:
         yield update
+        for bar in bars:
+            update(bar.total, bar.total)
     finally:
         for bar in bars:
             bar.close()
