@@ -171,7 +171,8 @@ fn regression_the_page_of_keys_is_the_schema_of_cases_and_studies() {
             let rows = own.iter().filter(|key| of(key) == one).map(|key| {
                 let name = text(key, "key");
                 let name = name.rsplit('.').next().unwrap().to_owned();
-                let trains = key["of"] == "cases with [rotor] and [stator]" && one.1 != "rotor";
+                // `lugre` alone is a law for trains only.
+                let trains = key["of"] == "cases with [rotor] and [stator]" && one.1 != "rotor" && name != "law";
                 let meaning = cell(&text(key, "meaning")) + if trains { " (trains only)" } else { "" };
                 vec![format!("`{name}`"), takes(key), cell(&text(key, "default")), meaning]
             });
