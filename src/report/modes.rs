@@ -322,7 +322,7 @@ fn operating(point: &OperatingPoint, motion: Motion) -> PageTable {
         ("rotor twist", twist(&point.rotor_twist)),
         ("stator twist", twist(&point.stator_twist)),
     ];
-    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?)))).brief(3)
+    PageTable::pairs(rows.into_iter().filter_map(|(name, value)| Some((name, value?)))).brief(2)
 }
 
 fn mode_table(modes: &Modes, motion: Motion) -> PageTable {
