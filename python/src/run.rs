@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use stickslip::analysis::KeptReport;
 use stickslip::analysis::headline::{self, HeadlineRow};
-use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
+use stickslip::case::{Case, CaseError, CaseSource, Override, Words, changed};
 use stickslip::model::Mode;
 use stickslip::record::{Channels, State};
 use stickslip::results::schema::{StorageKind, Variable};
@@ -306,12 +306,13 @@ fn source_of(py: Python<'_>, kind: &str, text: &str) -> PyResult<(CaseSource, St
     Ok((source, given))
 }
 
-fn case_of(py: Python<'_>, kind: &str, text: &str, overrides: &[String]) -> PyResult<(Case, String)> {
+/// A case, its text as given, and its overrides in words.
+fn case_of(py: Python<'_>, kind: &str, text: &str, overrides: &[String]) -> PyResult<(Case, String, Vec<String>)> {
     let (source, given) = source_of(py, kind, text)?;
     let parse = |setting: &String| Override::parse(setting).map_err(|error| of_case(py, &error));
     let overrides = overrides.iter().map(parse).collect::<PyResult<Vec<_>>>()?;
     let case = Case::read(&source, &overrides).map_err(|error| of_case(py, &error))?;
-    Ok((case, given))
+    Ok((case, given, changed(&source, &overrides)))
 }
 
 /// The case in SI, as TOML.
@@ -331,7 +332,7 @@ pub fn run(
     trajectory: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Run> {
-    let (mut case, given) = case_of(py, kind, text, &overrides)?;
+    let (mut case, given, changed) = case_of(py, kind, text, &overrides)?;
     if !trajectory {
         case.without_trajectory();
     }
@@ -345,6 +346,7 @@ pub fn run(
         return Err(raised);
     }
     let mut end = computed.map_err(|_| internal(py))?;
+    end.header.changed = changed;
     let rows = std::mem::take(&mut end.rows);
     let event_count = rows.tables.get(1).map_or(0, KeptTable::rows);
     let mut tables = Vec::new();

@@ -202,13 +202,10 @@ impl Command {
             Command::Cycle(o) => &[("-o", o.output.as_ref())],
             Command::Continue(o) => &[("-o", o.output.as_ref())],
             Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
-            Command::Export(o) if o.benchmark => &[("-o", Some(&o.output))],
+            Command::Export(o) if o.benchmark => &[("-o", o.output.as_ref())],
+            Command::Case(o) => &[("-o", o.output.as_ref())],
             Command::Man(o) => &[("DIR", Some(&o.folder))],
-            Command::Export(_)
-            | Command::Inspect(_)
-            | Command::Check(_)
-            | Command::Case(_)
-            | Command::Completions(_) => &[],
+            Command::Export(_) | Command::Inspect(_) | Command::Check(_) | Command::Completions(_) => &[],
         };
         let named = all.iter().filter_map(|&(option, path)| Some((option, path?.as_path())));
         named.collect()
@@ -434,12 +431,12 @@ pub(super) struct InspectOptions {
 
 #[derive(Debug, Args)]
 pub(super) struct ExportOptions {
-    /// A result file.
+    /// A result file, or the file of a study.
     #[arg(value_name = "FILE", add = results())]
     pub file: PathBuf,
-    /// The file to write; - for CSV on standard output.
+    /// The file to write [default: FILE.csv]; - for CSV on standard output.
     #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
     /// csv, npz or mat [default: the extension].
     #[arg(
         long,
@@ -476,7 +473,7 @@ pub(super) struct ExportOptions {
     /// With --benchmark: SPDX identifier of its licence.
     #[arg(long, value_name = "ID", requires = "benchmark")]
     pub license: Option<String>,
-    /// Replace any file, not only an earlier export.
+    /// Replace any file, not only an identical export.
     #[arg(long)]
     pub force: bool,
 }
@@ -798,6 +795,12 @@ pub(super) struct CaseOptions {
     /// List the keys of files, or those that contain WORD.
     #[arg(long, value_name = "WORD", num_args = 0..=1, default_missing_value = "", conflicts_with = "list")]
     pub keys: Option<String>,
+    /// Write the text into this file instead of printing it.
+    #[arg(short, long, value_name = "FILE", conflicts_with = "list")]
+    pub output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
+    pub force: bool,
 }
 
 /// A shell that completes words.

@@ -1,9 +1,10 @@
 //! `stickslip case`: the text of a built-in case or study, and a list of them with the commands that accept them.
 
 use super::arguments::{CaseOptions, Common};
-use super::{CommandEnd, print, print_json, show};
+use super::{CommandEnd, print, print_json, show, tell};
 use crate::Error;
-use crate::report::{ListedKey, Page, PageTable, Report, listed_keys};
+use crate::output::{Output, Product};
+use crate::report::{FilesReport, ListedKey, Page, PageTable, Report, listed_keys};
 use serde::Serialize;
 use stickslip_analysis::analysis::work_precision::{self, PrecisionStudy};
 use stickslip_analysis::calibrate::{CALIBRATIONS, CalibrationStudy};
@@ -138,6 +139,18 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<CommandEnd,
         None => CaseSource::built_in(name).map_err(|_| unknown(name))?,
     };
     let text = &source.text;
+    if let Some(path) = &options.output {
+        let output = Output::new(path, Product::Case("-o"), &[], options.force)?;
+        output.write(&[text.as_bytes()])?;
+        let files = [path];
+        return tell(
+            common,
+            &FilesReport {
+                files: &files,
+                folder: None,
+            },
+        );
+    }
     match common.json {
         true => print_json(&CaseText { name, text })?,
         false => print(text)?,

@@ -16,8 +16,9 @@ use stickslip_analysis::analysis::bands::{Compared, columns, compared_output};
 use stickslip_analysis::analysis::certificate::{Certificate, Verdict};
 use stickslip_analysis::analysis::stability::growth::{Onset, onsets};
 use stickslip_analysis::analysis::{Certified, Certify, CertifyReport, Deadline, SavedRun, Stage, Warning, Written};
+use stickslip_analysis::earlier::spare_run;
 use stickslip_case::{Case, CaseSource, Origin};
-use stickslip_files::{ResultError, ResultFile, Status, check_target, write_certified};
+use stickslip_files::{FileKind, ResultError, ResultFile, Status, check_target, write_certified};
 use stickslip_oracle as oracle;
 use stickslip_system::model::margin::resistance;
 use stickslip_system::record::{Channels, MemoryRecorder, State};
@@ -66,17 +67,24 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     check_target(&target, overwrite(options.force), &given.files)?;
+    spare_run(
+        &target,
+        overwrite(options.force),
+        FileKind::CertifiedRun,
+        &case.resolved(),
+    )?;
+    let changed = given.changed(&changes);
     if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system)) {
         return Err(Error::input(format!(
             "--figure draws how the first stick of sliding that slows down by itself depends on the tolerance, and this case has no \
              such sliding: {reason}; leave it out"
         )));
     }
-    let drawing = figure_output(options.figure.as_deref(), options.force, &given.files)?;
+    let drawing = figure_output(options.figure.as_deref(), options.force, &given, &changed)?;
     let stop = interrupt_flag()?;
     let interrupted = |when: &str, kept: &str| interrupted(common, &format!(" {when}; {kept}"));
     let (nothing, kept) = ("no certificate was written", target.display());
-    let Some(result) = obtain(&given, case, &target, &stop)? else {
+    let Some(result) = obtain((&given, &changed), case, &target, &stop)? else {
         return interrupted("during the run that was to be certified", nothing);
     };
     let deadline = Deadline::after(clock, case.solver.max_wall_time);
@@ -118,6 +126,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     let late = matches!(drawn, Some(None));
     let onsets = drawn.flatten().unwrap_or_default();
     let mut report = CertifyReport::new(case, &certified, given.source.label(), target.display().to_string());
+    report.changed.clone_from(&changed);
     report.figure = drawing
         .filter(|_| !late)
         .map(|(output, _)| output.path().display().to_string());
@@ -181,7 +190,7 @@ fn draw(case: &Case, target: &FigureOutput, stop: &(dyn Fn() -> bool + Sync)) ->
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };
-    plot::draw(&accuracy::onset_figure(&case.title, &onsets), target, "")?;
+    plot::draw(&accuracy::onset_figure(&case.title, &onsets), target)?;
     Ok(Some(onsets))
 }
 
@@ -193,7 +202,12 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case next to the target; `None` if interrupted.
-fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &Arc<AtomicBool>) -> Result<Option<Obtained>, Error> {
+fn obtain(
+    (given, changed): (&GivenCase, &[String]),
+    case: &Case,
+    target: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<Obtained>, Error> {
     if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path)?;
         if *file.status() != Status::Complete {
@@ -214,7 +228,7 @@ fn obtain(given: &GivenCase, case: &Case, target: &Path, stop: &Arc<AtomicBool>)
     let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
     let scratch = Scratch(path.clone());
     let saved = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
-    let saved = saved.watch(&**stop).start()?;
+    let saved = saved.changed(changed.to_vec()).watch(&**stop).start()?;
     if let Some(failure) = saved.run.failure {
         return Err(Error::computation(failure.to_string()));
     }

@@ -11,8 +11,9 @@ use std::time::Instant;
 use stickslip_analysis::analysis::{Deadline, SavedRun};
 use stickslip_analysis::continuation::{Special, Stored};
 use stickslip_analysis::cycle::{CycleSearch, Family, From, certify as by_oracle, find, from_file, refine};
-use stickslip_case::{Case, CaseSource, WrittenCase};
-use stickslip_files::{ResultFile, check_sound, check_target, is_hdf5, schema::group, write_certified};
+use stickslip_analysis::earlier::spare_run;
+use stickslip_case::{Case, CaseSource, Override, WrittenCase};
+use stickslip_files::{FileKind, ResultFile, check_sound, check_target, is_hdf5, schema::group, write_certified};
 use stickslip_oracle as oracle;
 
 enum CycleTask {
@@ -90,18 +91,23 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
             "branch {number} is of steady sliding, which has no period; {command} --set {key} describes it"
         ));
     }
-    let set = settings
+    // A key that is given twice as an option is an error; the point's value replaces that of the continuation's settings.
+    overrides(&options.set, None)?;
+    let all = settings
         .iter()
         .cloned()
         .chain(numbers)
         .chain(options.keys.over(&options.set));
+    let all: Vec<String> = all.collect();
+    let keys = all.iter().map(|setting| Ok(Override::parse(setting)?.key().to_owned()));
+    let keys = keys.collect::<Result<Vec<String>, Error>>()?;
+    let set = all.into_iter().enumerate();
+    let set = set
+        .filter(|(at, _)| !keys[at + 1..].contains(&keys[*at]))
+        .map(|(_, setting)| setting);
     Ok(Wanted {
         set: set.collect(),
-        given: GivenCase {
-            source: CaseSource::result(path, text.clone()),
-            text: text.clone(),
-            files: vec![path.to_owned()],
-        },
+        given: GivenCase::of_result(path, text.clone(), Vec::new()),
         task: CycleTask::Refine(
             branch.multiple.unwrap_or(1),
             (point.time, point.state.clone(), point.period),
@@ -117,7 +123,9 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         task,
         suffix,
     } = Wanted::of(options)?;
-    let written = WrittenCase::read(&given.source, &overrides(&set, None)?)?;
+    let changes = overrides(&set, None)?;
+    let changed = given.changed(&changes);
+    let written = WrittenCase::read(&given.source, &changes)?;
     let path = output_of(&given.source, options.output.as_deref(), &suffix)?;
     check_target(&path, overwrite(options.force), &given.files)?;
     let stop = interrupt_flag()?;
@@ -151,6 +159,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     let additions = orbit.additions(&family, &given.text, &set);
     let saved = SavedRun::new(&case, &path)
         .text(&case.resolved())
+        .changed(changed.clone())
         .overwrite(overwrite(options.force))
         .inputs(&given.files)
         .additions(&additions)
@@ -163,6 +172,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
         return Err(Error::computation(failure));
     }
     let report = CycleReport {
+        changed: &changed,
         status: "complete",
         file: saved.file.display().to_string(),
         case: given.source.label(),
@@ -213,6 +223,12 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
     let stop = interrupt_flag()?;
     let stopped = || stop.load(Ordering::Relaxed);
     let file = ResultFile::open(path)?;
+    spare_run(
+        &target,
+        overwrite(options.force),
+        FileKind::CertifiedCycle,
+        &file.resolved()?,
+    )?;
     let found = from_file(&file, &stopped);
     drop(file);
     let (family, orbit, origin) = match found {

@@ -8,7 +8,7 @@ use crate::export::{self, Export, Format, Request, Times, benchmark};
 use crate::report::{FilesReport, Page, Report};
 use serde::Serialize;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use stickslip_files::schema::{StorageKind, Variable};
 use stickslip_files::{ResultFile, Status, open_sound};
 
@@ -16,12 +16,26 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
     if options.benchmark {
         return package(options, common);
     }
-    let streams = options.output.as_os_str() == "-";
-    let format = format(options, streams)?;
+    let output = &output(options);
+    let streams = output.as_os_str() == "-";
+    let format = format(options, output, streams)?;
     if streams && common.json {
         return Err(Error::input(
             "-o - writes CSV to standard output, where --json has its document; leave one of them out",
         ));
+    }
+    if let Some(found) = export::of_study(&options.file, &options.channels)? {
+        let (times, table) = (
+            options.at.is_some() || options.rate.is_some() || options.interval.is_some() || options.window.is_some(),
+            options.table != export::Which::Trajectory,
+        );
+        if times || table {
+            return Err(Error::of_file(
+                &options.file,
+                "the points of a study have no times and no other tables; leave out --table, --window, --rate, --interval and --at",
+            ));
+        }
+        return write(&found, options, (output, format), common);
     }
     // `None` means the times of the samples.
     let times = match (&options.at, options.rate, options.interval) {
@@ -49,7 +63,28 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
         tell_window(&file, options, common)?;
         found
     };
-    if streams {
+    write(&found, options, (output, format), common)
+}
+
+/// The file as named, or named after the result: `paper.csv`, and `paper-events.csv` for another table.
+fn output(options: &ExportOptions) -> PathBuf {
+    let stem = options.file.file_stem().unwrap_or_default().to_string_lossy();
+    let table = match options.table {
+        export::Which::Trajectory => String::new(),
+        other => format!("-{}", other.name()),
+    };
+    let extension = options.format.unwrap_or(Format::Csv).name();
+    let own = || PathBuf::from(format!("{stem}{table}.{extension}"));
+    options.output.clone().unwrap_or_else(own)
+}
+
+fn write(
+    found: &Export,
+    options: &ExportOptions,
+    (output, format): (&Path, Format),
+    common: &Common,
+) -> Result<CommandEnd, Error> {
+    if output.as_os_str() == "-" {
         if !common.quiet && !found.left_out.is_empty() {
             complain(&format!("warning: {}", without(&found.left_out)));
         }
@@ -61,11 +96,11 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<Command
     }
     let mut inputs = vec![options.file.clone()];
     inputs.extend(options.at.clone());
-    found.save(&options.output, format, &inputs, options.force)?;
-    tell(common, &ExportReport::new(&found, &options.output, format))
+    found.save(output, format, &inputs, options.force)?;
+    tell(common, &ExportReport::new(found, output, format))
 }
 
-fn format(options: &ExportOptions, streams: bool) -> Result<Format, Error> {
+fn format(options: &ExportOptions, output: &Path, streams: bool) -> Result<Format, Error> {
     let named = options.format;
     if streams {
         return match named {
@@ -76,14 +111,11 @@ fn format(options: &ExportOptions, streams: bool) -> Result<Format, Error> {
             ))),
         };
     }
-    named.or_else(|| Format::of_path(&options.output)).ok_or_else(|| {
-        let parquet = options
-            .output
-            .extension()
-            .is_some_and(|extension| extension == "parquet");
+    named.or_else(|| Format::of_path(output)).ok_or_else(|| {
+        let parquet = output.extension().is_some_and(|extension| extension == "parquet");
         Error::input(format!(
             "{}: its extension names no format; give it .csv, .npz or .mat, or say which with --format{}",
-            options.output.display(),
+            output.display(),
             if parquet {
                 " (pandas makes Parquet of CSV: pandas.read_csv(...).to_parquet(...))"
             } else {
@@ -191,17 +223,22 @@ fn tell_status(file: &ResultFile, common: &Common) {
 }
 
 fn package(options: &ExportOptions, common: &Common) -> Result<CommandEnd, Error> {
+    let Some(output) = &options.output else {
+        return Err(Error::input(
+            "--benchmark writes a folder; name it with -o, for example -o my-benchmark",
+        ));
+    };
     let terms = benchmark::Terms {
         author: options.author.clone(),
         license: options.license.clone(),
     };
     // A signal would leave behind the folder in which the package is made.
     let stop = interrupt_flag()?;
-    let Some(written) = benchmark::write(&options.file, &options.output, &terms, options.force, &stop)? else {
+    let Some(written) = benchmark::write(&options.file, output, &terms, options.force, &stop)? else {
         return interrupted(common, "; no package was written");
     };
     let report = FilesReport {
-        folder: Some(&options.output),
+        folder: Some(output),
         files: &written,
     };
     tell(common, &report)

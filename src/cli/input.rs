@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use stickslip_analysis::SavedRun;
-use stickslip_case::{CaseError, CaseSource, Origin, Override};
+use stickslip_case::{CaseError, CaseSource, Origin, Override, changed};
 use stickslip_compare::{CompareError, Mapping, Reference};
 use stickslip_files::{Overwrite, is_hdf5, open_sound};
 
@@ -18,6 +18,8 @@ pub(super) struct GivenCase {
     /// Text for /input/case. A repeated run passes on the text of the first run.
     pub text: String,
     pub files: Vec<PathBuf>,
+    /// Overrides with which a repeated run was made, in words.
+    changed: Vec<String>,
 }
 
 impl GivenCase {
@@ -25,12 +27,13 @@ impl GivenCase {
     pub fn read(case: &str) -> Result<GivenCase, Error> {
         super::usage::refuse_study(case)?;
         let path = Path::new(case);
-        let mut text = None;
+        let (mut text, mut changed) = (None, Vec::new());
         let source = if case == STANDARD_INPUT {
             CaseSource::standard_input()?
         } else if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
             let file = open_sound(path)?;
             text = Some(file.case_text()?);
+            changed = file.changed();
             CaseSource::result(path, file.resolved()?)
         } else if path.exists() || looks_like_a_path(case) {
             CaseSource::file(path)?
@@ -44,16 +47,50 @@ impl GivenCase {
                 .into_iter()
                 .collect(),
             source,
+            changed,
         })
+    }
+
+    /// The case of a result file, as it was given, with the overrides `changed` in words.
+    pub fn of_result(path: &Path, text: String, changed: Vec<String>) -> GivenCase {
+        GivenCase {
+            source: CaseSource::result(path, text.clone()),
+            text,
+            files: vec![path.to_owned()],
+            changed,
+        }
+    }
+
+    /// What distinguishes the case with these overrides from the one that was written, in words.
+    pub fn changed(&self, changes: &[Override]) -> Vec<String> {
+        let new = changed(&self.source, changes);
+        let key = |line: &str| line.split_once(" = ").map(|(key, _)| key.to_owned());
+        let is_kept = |line: &&String| new.iter().all(|new| key(new) != key(line));
+        let mut all: Vec<String> = self.changed.iter().filter(is_kept).cloned().collect();
+        all.extend(new);
+        all
     }
 }
 
+/// The overrides of options. A key that is given twice is an error: one of the values would be lost in silence.
 pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Override>, CaseError> {
     let method = method.map(|method| format!("solver.method={method}"));
-    set.iter()
-        .chain(&method)
-        .map(|setting| Override::parse(setting))
-        .collect()
+    let parsed = set.iter().chain(&method).map(|setting| Override::parse(setting));
+    let parsed = parsed.collect::<Result<Vec<_>, _>>()?;
+    let twice = |(at, change): &(usize, &Override)| parsed[..*at].iter().any(|other| other.key() == change.key());
+    match parsed.iter().enumerate().find(twice) {
+        None => Ok(parsed),
+        Some((_, change)) => {
+            let key = change.key();
+            let given = parsed.iter().filter(|other| other.key() == key).map(Override::argument);
+            let given = given.collect::<Vec<_>>().join(" and ");
+            Err(CaseError::one(
+                format!("--set {key}"),
+                "",
+                format!("given twice, as {given}; leave one of them out"),
+            ))
+        }
+    }
 }
 
 fn looks_like_a_path(name: &str) -> bool {

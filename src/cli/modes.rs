@@ -21,9 +21,11 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEn
              sliding: {reason}; leave it out"
         )));
     }
-    let target = figure_output(options.figure.as_deref(), options.force, &given.files)?;
+    let changed = given.changed(&changes);
+    let target = figure_output(options.figure.as_deref(), options.force, &given, &changed)?;
     let modes = Modes::of_case(system, &case.solver, case.output.end_time);
     let report = ModesReport {
+        changed: &changed,
         case: given.source.label(),
         title,
         motion: case.motion(),
@@ -34,11 +36,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEn
         return Ok(CommandEnd::Done);
     };
     if let Some(target) = &target {
-        draw(
-            &crate::plot::law::modes_figure(title, case.motion(), slowing),
-            target,
-            "",
-        )?;
+        draw(&crate::plot::law::modes_figure(title, case.motion(), slowing), target)?;
     }
     if let (Some(failure), false) = (&slowing.run_failure, common.quiet) {
         complain(&format!(

@@ -1,7 +1,7 @@
 //! `stickslip plot`: draws figures and pages of files.
 
 use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
-use super::input::{columns, open_reference};
+use super::input::{GivenCase, columns, open_reference};
 use super::{CommandEnd, complain, show, tell};
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, Product};
@@ -629,11 +629,36 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
         Some(format) => std::slice::from_ref(format),
         None => &[FigureFormat::Svg, FigureFormat::Png],
     };
-    let file = |name: &str, format: &FigureFormat| options.output.join(format!("{name}.{}", format.extension()));
+    let files: Vec<&PathBuf> = options.files.iter().chain(&options.candidate).collect();
+    let file = |name: &str, format: &FigureFormat| {
+        let name = file_name_of(&files, name);
+        options.output.join(format!("{name}.{}", format.extension()))
+    };
     let of_figure = |(k, figure): (usize, &Figure)| -> Vec<(usize, PathBuf, FigureFormat)> {
         formats.iter().map(|f| (k, file(&figure.name, f), *f)).collect()
     };
     Ok(figures.iter().enumerate().flat_map(of_figure).collect())
+}
+
+/// Longest name of the files in that of a figure.
+const LONGEST_STEM: usize = 80;
+
+/// The file name of a figure, without extension: the names of its files, then its own, with hyphens. A figure whose
+/// name begins with that of its file has no second one.
+pub(super) fn file_name_of(files: &[&PathBuf], figure: &str) -> String {
+    let stems = files
+        .iter()
+        .map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
+    let stems: Vec<_> = stems.collect();
+    let mut stem = stems.join("-and-");
+    if stem.len() > LONGEST_STEM && stems.len() > 1 {
+        stem = format!("{}-and-{}-more", stems[0], stems.len() - 1);
+    }
+    let figure = figure.replace('_', "-");
+    match figure.strip_prefix(&*stem) {
+        Some(rest) if rest.is_empty() || rest.starts_with('-') => figure,
+        _ => format!("{stem}-{figure}"),
+    }
 }
 
 fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<WrittenFigure>, Error> {
@@ -644,13 +669,8 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
             .map_err(|error| FIGURE.failed(&options.output, "creating the folder", error))?;
     }
     let source = signature::source(inputs);
-    let named = FigureFormat::of_path(&options.output).is_some();
     let reserve = |(number, path, format): (usize, PathBuf, FigureFormat)| {
-        let output = Output::new(&path, FIGURE, inputs, options.force)?;
-        if !named && !options.force {
-            output.spare(&source)?;
-        }
-        Ok((number, output, format))
+        Ok((number, Output::new(&path, FIGURE, inputs, options.force)?, format))
     };
     let targets = targets.into_iter().map(reserve).collect::<Result<Vec<_>, Error>>()?;
     let mut written = Vec::with_capacity(targets.len());
@@ -707,19 +727,27 @@ pub(super) const OF_COMMAND: Product = Product::Figure("--figure");
 /// A figure of another command, whose place is checked before anything is computed.
 pub(super) type FigureOutput = (Output, FigureFormat);
 
+/// The place of the figure of a case, with its changes in words.
 pub(super) fn figure_output(
     path: Option<&Path>,
     force: bool,
-    inputs: &[PathBuf],
+    given: &GivenCase,
+    changed: &[String],
 ) -> Result<Option<FigureOutput>, Error> {
     let Some(path) = path else { return Ok(None) };
     let format = FigureFormat::of_path(path).ok_or_else(|| no_format(path))?;
-    Ok(Some((Output::new(path, OF_COMMAND, inputs, force)?, format)))
+    let source: Vec<PathBuf> = [given.source.label()]
+        .iter()
+        .chain(changed)
+        .map(PathBuf::from)
+        .collect();
+    let source = (&given.files[..], signature::source(&source));
+    Ok(Some((Output::made_from(path, OF_COMMAND, source, force)?, format)))
 }
 
-pub(super) fn draw(figure: &Figure, (output, format): &FigureOutput, source: &str) -> Result<(), Error> {
+pub(super) fn draw(figure: &Figure, (output, format): &FigureOutput) -> Result<(), Error> {
     let drawing = Drawing {
-        source: source.to_owned(),
+        source: output.source().to_owned(),
         ..plot::draw(figure, style::COLUMN_WIDTH)?
     };
     save(output, &drawing, *format, DPI)

@@ -30,6 +30,8 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, E
         solver.rtol
     );
     let saving = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
+    let changed = given.changed(&changes);
+    let saving = saving.changed(changed.clone());
     let saving = saving.overwrite(overwrite(options.force)).witness(!options.no_witness);
     let result = watched(common, BarKind::Share, &stop, |bar| saving.watch(bar).start());
     let SavedReport {
@@ -53,6 +55,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, E
         file: file.display().to_string(),
         source: source.label(),
         title: &case.title,
+        changed: &changed,
         method: solver.method.name(),
         rtol: run.solver.rtol,
         wall_time: run.wall_time,

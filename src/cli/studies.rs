@@ -160,7 +160,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<C
             let why = "is the result file, too; choose another name with --case or -o";
             Err(Error::of_file(case, why))
         }
-        false => Output::new(case, Product::Case, &study.runs.head.files, options.force),
+        false => Output::new(case, Product::Case("--case"), &study.runs.head.files, options.force),
     };
     let case = options.case.as_ref().map(reserve).transpose()?;
     let jobs = options.runs.jobs.unwrap_or_else(processors);
@@ -216,9 +216,8 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     // Everything is checked before minutes of computation, and before a folder is made.
     let stop = interrupt_flag()?;
     check_target(&path, overwrite(options.force), &study.head.files)?;
-    let names = signature::source(std::slice::from_ref(&path));
     let figures = options.figure.as_deref();
-    let figures = figures.map(|folder| figure_outputs(folder, options.force, &study.head.files, &names));
+    let figures = figures.map(|folder| figure_outputs(folder, options.force, &study.head.files, &path));
     let figures = figures.transpose()?.unwrap_or_default();
     let result = watched(common, BarKind::Parts, &stop, |bar| {
         let run = PrecisionRun::new(&study, &path).overwrite(overwrite(options.force));
@@ -234,7 +233,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     if !result.measurements.is_empty() {
         let figure = accuracy::work_precision_figure(&study.head.title, &result);
         for output in &figures {
-            plot::draw(&figure, output, &names)?;
+            plot::draw(&figure, output)?;
             drawn.push(output.0.path().display().to_string());
         }
     }
@@ -247,7 +246,12 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     Ok(CommandEnd::Done)
 }
 
-fn figure_outputs(folder: &Path, force: bool, inputs: &[PathBuf], source: &str) -> Result<Vec<FigureOutput>, Error> {
+fn figure_outputs(
+    folder: &Path,
+    force: bool,
+    inputs: &[PathBuf],
+    result: &PathBuf,
+) -> Result<Vec<FigureOutput>, Error> {
     std::fs::create_dir_all(folder).map_err(|source| {
         Error::computation(format!(
             "{}: creating the folder of the figure failed: {source}; choose another with --figure",
@@ -255,12 +259,13 @@ fn figure_outputs(folder: &Path, force: bool, inputs: &[PathBuf], source: &str) 
         ))
     })?;
     let output = |format: FigureFormat| {
-        let path = folder.join(format!("{}.{}", accuracy::WORK_PRECISION, format.extension()));
-        let output = Output::new(&path, plot::OF_COMMAND, inputs, force)?;
-        if !force {
-            output.spare(source)?;
-        }
-        Ok((output, format))
+        let name = plot::file_name_of(&[result], accuracy::WORK_PRECISION);
+        let path = folder.join(format!("{name}.{}", format.extension()));
+        let source = signature::source(std::slice::from_ref(result));
+        Ok((
+            Output::made_from(&path, plot::OF_COMMAND, (inputs, source), force)?,
+            format,
+        ))
     };
     [FigureFormat::Svg, FigureFormat::Png].into_iter().map(output).collect()
 }

@@ -3,6 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `request` | the requested table, columns, rows or times |
+//! | `study` | the points of a study |
 //! | `formats` | the file formats and their writers |
 //! | [`benchmark`] | a certified run as a folder that can be used and cited |
 //!
@@ -12,9 +13,11 @@ pub mod benchmark;
 
 mod formats;
 mod request;
+mod study;
 
 pub use formats::Format;
 pub use request::{Request, Times, Which, evaluated, read_times, stored};
+pub use study::of_study;
 
 use crate::Error;
 use crate::output::{Output, Product};
@@ -55,8 +58,8 @@ pub struct Export<'a> {
 }
 
 impl Export<'_> {
-    /// Writes the table under a temporary name, which becomes `path` at the end. An earlier export (for CSV: one with
-    /// the same header) is replaced. Any other file is replaced only with `force`, and an input never.
+    /// Writes the table under a temporary name, which becomes `path` at the end. An identical export is replaced. Any
+    /// other file is replaced only with `force`, and an input never.
     ///
     /// # Errors
     /// The file may not be replaced, its folder does not exist, or the disk fails.
@@ -80,6 +83,8 @@ enum ExportRows<'a> {
     File(&'a ResultFile, Vec<String>, usize),
     /// Temporary file: blocks of rows, each stored column by column.
     Spool(File),
+    /// The values of each column.
+    Columns(Vec<Vec<f64>>),
 }
 
 /// A table to export.
@@ -110,6 +115,15 @@ impl<'a> ExportTable<'a> {
         }
     }
 
+    pub(super) fn of_columns(name: &str, columns: Vec<Variable>, values: Vec<Vec<f64>>) -> ExportTable<'static> {
+        ExportTable {
+            name: name.to_owned(),
+            columns,
+            rows: values.first().map_or(0, Vec::len),
+            source: ExportRows::Columns(values),
+        }
+    }
+
     /// Reads rows of a column, as doubles.
     pub fn read(&self, column: usize, rows: Range<usize>) -> Result<Vec<f64>, Error> {
         match &self.source {
@@ -117,6 +131,7 @@ impl<'a> ExportTable<'a> {
                 let rows = first + rows.start..first + rows.end;
                 Ok(file.table_values(&groups[column], &self.columns[column].name, rows)?)
             }
+            ExportRows::Columns(values) => Ok(values[column][rows].to_vec()),
             ExportRows::Spool(file) => {
                 let mut values = Vec::with_capacity(rows.len());
                 let mut at = rows.start;

@@ -106,11 +106,17 @@ fn origin(file: &ResultFile, evaluated: Option<String>) -> TableOrigin {
     }
 }
 
-fn chosen(file: &ResultFile, table: &str, all: Vec<TableColumn>, wanted: &[String]) -> Result<Vec<TableColumn>, Error> {
+/// The `wanted` ones of a table's columns, in their order; all if none is named.
+pub(super) fn chosen<T: Clone>(
+    path: &Path,
+    table: &str,
+    all: Vec<(Variable, T)>,
+    wanted: &[String],
+) -> Result<Vec<(Variable, T)>, Error> {
     if wanted.is_empty() {
         return Ok(all);
     }
-    let mut found: Vec<TableColumn> = Vec::with_capacity(wanted.len());
+    let mut found: Vec<(Variable, T)> = Vec::with_capacity(wanted.len());
     for one in wanted {
         if found.iter().any(|(column, _)| column.name == *one) {
             let one = quoted(one);
@@ -120,7 +126,7 @@ fn chosen(file: &ResultFile, table: &str, all: Vec<TableColumn>, wanted: &[Strin
             let known: Vec<&str> = all.iter().map(|(column, _)| column.name.as_str()).collect();
             let close = suggest(one, known.iter().copied());
             let hint = close.map_or(String::new(), |close| format!(" (did you mean {close}?)"));
-            let (path, one, known) = (file.path().display(), quoted(one), known.join(", "));
+            let (path, one, known) = (path.display(), quoted(one), known.join(", "));
             return Err(Error::input(format!(
                 "{path}: no column {one}{hint} in /{table}; there are {known}"
             )));
@@ -152,7 +158,7 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     if request.table == Which::Trajectory && !wanted.is_empty() && !wanted.iter().any(|one| one == "time") {
         wanted.insert(0, "time".to_owned());
     }
-    let columns = chosen(file, name, all, &wanted)?;
+    let columns = chosen(file.path(), name, all, &wanted)?;
     Ok(Export {
         table: ExportTable::of_file(name, file, columns, rows),
         origin: origin(file, None),
@@ -234,7 +240,7 @@ pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Res
         wanted.retain(|one| one != "time");
         wanted.insert(0, "time".to_owned());
     }
-    let chosen = chosen(file, group::TRAJECTORY, known, &wanted)?;
+    let chosen = chosen(file.path(), group::TRAJECTORY, known, &wanted)?;
     let columns: Vec<Variable> = chosen.into_iter().map(|(column, _)| column).collect();
     let mut trajectory = reference.trajectory(columns.iter().map(|column| column.name.clone()).collect())?;
     let mut spool = Spool::new()?;

@@ -183,9 +183,12 @@ impl CatalogueEntry {
             let why = format!("{why}; this run has {}, and any channel", has.join(", "));
             return Ok(Err(why.as_str().into()));
         }
+        // Several runs have their changes in the legend.
+        let changes = run.changes().filter(|_| subject.runs.len() == 1);
+        let changes = changes.map(|changes| format!(" ({changes})")).unwrap_or_default();
         match self.draw(subject) {
             Ok(figure) => Ok(Ok(Figure {
-                title: in_words_of(run, &figure.title),
+                title: in_words_of(run, &figure.title) + &changes,
                 paper_figure: self.paper_figure.filter(|_| is_paper_case(&run.case)),
                 ..figure
             })),

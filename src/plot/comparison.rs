@@ -82,7 +82,7 @@ impl TracedChannel {
 impl DrawnCandidate<'_> {
     fn label(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        if stem == self.run.label() {
+        if stem == self.run.name() {
             format!("candidate {stem}")
         } else {
             stem

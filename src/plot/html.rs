@@ -77,8 +77,9 @@ pub(super) struct PageDocument<C> {
 }
 
 impl<C: Serialize> PageDocument<C> {
-    pub(super) fn html(&self, assets: &Assets) -> Result<String, Error> {
-        let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
+    /// `source`: names of the files, for the signature.
+    pub(super) fn html(&self, assets: &Assets, source: &str) -> Result<String, Error> {
+        let generator = format!("{} {}{source}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
         let parts = [
             ("generator", &*generator),
             ("title", &escaped(&self.title)),
@@ -92,7 +93,7 @@ impl<C: Serialize> PageDocument<C> {
 
     /// Writes the page; returns its size, bytes.
     pub(super) fn write(&self, assets: &Assets, output: &Output) -> Result<u64, Error> {
-        let page = self.html(assets)?;
+        let page = self.html(assets, output.source())?;
         output.write(&[page.as_bytes()])?;
         Ok(page.len() as u64)
     }
@@ -100,6 +101,14 @@ impl<C: Serialize> PageDocument<C> {
 
 pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Overrides of a case, as the end of a line: `; changed: friction.decay = 4 s/rad`; empty without any.
+pub(super) fn changed(lines: &[String]) -> String {
+    match lines {
+        [] => String::new(),
+        lines => format!("; changed: {}", lines.join(", ")),
+    }
 }
 
 /// A count with commas between thousands, and its noun: "1 branch", "13,507 samples".

@@ -144,7 +144,7 @@ pub fn channels(runs: &[DrawnRun], title: &str, channels: &[&str], window: (f64,
         }
     }
     let panels: Vec<&[&str]> = panels.iter().map(|panel| &panel.1[..]).collect();
-    over_time(runs, &channels.join("-"), title, &panels, window)
+    over_time(runs, &format!("channel-{}", channels.join("-")), title, &panels, window)
 }
 
 /// Draws one channel against another in a time window, with the start of a single run. The colour is the mode's or,

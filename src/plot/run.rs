@@ -152,6 +152,19 @@ pub struct DrawnRun {
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
 
+/// Most overrides that a title or legend lists.
+const LISTED_CHANGES: usize = 2;
+
+fn shortened_changes(changed: &[String]) -> Option<String> {
+    let more = changed.len().saturating_sub(LISTED_CHANGES);
+    let listed = changed.len().min(LISTED_CHANGES);
+    let mut text = changed[..listed].join(", ");
+    if more > 0 {
+        text += &format!(" and {more} more");
+    }
+    (listed > 0).then_some(text)
+}
+
 /// Stretches between contact events that have too few samples to be drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Undersampled {
@@ -276,8 +289,21 @@ impl DrawnRun {
 
     /// Label in a legend: the file name without extension.
     pub fn label(&self) -> String {
+        match self.changes() {
+            None => self.name(),
+            Some(changes) => format!("{} ({changes})", self.name()),
+        }
+    }
+
+    /// Name of the file without its extension.
+    pub(crate) fn name(&self) -> String {
         let stem = self.path().file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
+    }
+
+    /// Overrides of the case, in few words; `None` without any.
+    pub(crate) fn changes(&self) -> Option<String> {
+        shortened_changes(&self.file.changed())
     }
 
     /// The window. Its start is later if it has more than `most` points: one for each sample, two for each event.

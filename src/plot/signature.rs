@@ -10,11 +10,15 @@ pub const FIGURE: &str = "stickslip figure";
 
 const SOURCE: (&str, &str) = (" of [", "]");
 
-/// Most bytes of the names in the signature of a figure.
+/// Most bytes of the names in a signature.
 const LONGEST_SOURCE: usize = 1000;
 
-/// Names of a figure's files, which follow its signature: " of [a.h5, b.h5]", in ASCII without markup.
+/// Names of a product's files, which follow its signature: " of [a.h5, b.h5]", in ASCII without markup; empty without
+/// files.
 pub fn source(files: &[PathBuf]) -> String {
+    if files.is_empty() {
+        return String::new();
+    }
     let name = |file: &PathBuf| {
         let name = file.to_string_lossy();
         let plain = |c: char| c.is_ascii_alphanumeric() || "._-/ ".contains(c);
@@ -33,9 +37,9 @@ pub fn source(files: &[PathBuf]) -> String {
     format!("{}{names}{}", SOURCE.0, SOURCE.1)
 }
 
-/// The names from [`source`] in a text that follows a signature, up to the end of its element in SVG and PDF.
+/// The names from [`source`] in a text that follows a signature, up to the end of its element.
 pub fn names_in(text: &str) -> Option<&str> {
-    let text = text.split(['<', ')']).next()?;
+    let text = text.split(['<', '>', ')']).next()?;
     Some(text.split_once(SOURCE.0)?.1.split_once(SOURCE.1)?.0)
 }
 

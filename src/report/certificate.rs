@@ -1,6 +1,6 @@
 //! Page of a certificate: ladder, events, channels, sensitivities, exact events, verdict.
 
-use super::{NumberFormat, Page, PageTable, Report, exponent, fixed, significant, upper_bound};
+use super::{NumberFormat, Page, PageTable, Report, below_changes, exponent, fixed, significant, upper_bound};
 use stickslip_analysis::analysis::CertifyReport;
 use stickslip_analysis::analysis::advice::remedy;
 use stickslip_analysis::analysis::bands::ChannelBand;
@@ -21,8 +21,8 @@ const SMOOTH_STOP: &str = "(smooth): series alone follows smooth sliding itself,
 /// Half a last digit of a parameter with one or two digits, in parts of its value.
 const ROUGH: f64 = 0.05;
 
-const ROUNDED: &str = "A number with one or two digits is taken as known to half of its last one: 1 N/m is 0.5 to 1.5 N/m. Write the digits \
-                       that are known, such as 1.000 N/m. For a number that is exact, only the slope counts.";
+const ROUNDED: &str = "A number with one or two digits is taken as known to half of its last one: 0.1 N/m is 0.05 to 0.15 N/m. Write the \
+                       digits that are known, such as 0.1000 N/m.";
 
 impl Report for CertifyReport<'_> {
     const SORTED: bool = true;
@@ -34,7 +34,7 @@ impl Report for CertifyReport<'_> {
         let is_conditioned = c.growth_exponent.is_some() || c.most_digits().is_some();
         let found = certified.result_sensitivities();
         let contradiction = c.contradiction.as_ref().map(|text| format!("contradiction: {text}"));
-        let mut page = Page::new(&*self.case.title, heading(self))
+        let mut page = Page::new(&*self.case.title, below_changes(&self.changed, heading(self)))
             .with(main_numbers(c, found))
             .with_all(contradiction)
             .details([ladder(&c.ladder)])
@@ -200,7 +200,10 @@ fn sensitivities(found: &Sensitivities) -> PageTable {
             format!("{}, {}", row.parameter.path, row.parameter.unit)
         })
         .number("s per unit", "", exponent(2), |row| row.slope)
-        .number("half a last digit", "", NUMBER, |row| row.parameter.half_last_digit)
+        .count("half a last digit", |row| match is_exact(row) {
+            true => "exact".to_owned(),
+            false => NUMBER.print(row.parameter.half_last_digit),
+        })
         .number("by slope", "s", NUMBER, Sensitivity::predicted)
         .count("rerun -, s", |row| side(row, 0))
         .count("rerun +, s", |row| side(row, 1))
@@ -235,10 +238,17 @@ fn remarks(found: &Sensitivities) -> Vec<String> {
     let held = Some(found.held.clone()).filter(|held| !held.is_empty());
     let is_rough = |row: &Sensitivity| {
         let half = row.parameter.half_last_digit;
-        half.is_some_and(|half| half >= ROUGH * row.parameter.value.abs())
+        half.is_some_and(|half| half > 0.0 && half >= ROUGH * row.parameter.value.abs())
     };
     let rough = found.rows.iter().any(is_rough).then(|| ROUNDED.to_owned());
-    remarks.chain(without).chain(held).chain(rough).collect()
+    let exact = found.rows.iter().any(is_exact).then(|| EXACT.to_owned());
+    remarks.chain(without).chain(held).chain(rough).chain(exact).collect()
+}
+
+const EXACT: &str = "Integers are taken as exact; write \"1.0 N\" for a number that is rounded.";
+
+fn is_exact(row: &Sensitivity) -> bool {
+    row.parameter.half_last_digit == Some(0.0)
 }
 
 fn conditioning(c: &Certificate) -> PageTable {

@@ -1,6 +1,6 @@
 //! Pages of a periodic motion and of its certificate.
 
-use super::{Page, PageTable, Report, fixed};
+use super::{Page, PageTable, Report, below_changes, fixed};
 use serde::Serialize;
 use stickslip_analysis::cycle::{CycleCertificate, EnclosedEvent, Multiplier, MultiplierKind, Orbit};
 use stickslip_case::Motion;
@@ -13,6 +13,9 @@ pub(crate) struct CycleReport<'a> {
     /// Origin of the case.
     pub case: String,
     pub title: &'a str,
+    /// Overrides of the case, in words.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    pub changed: &'a [String],
     #[serde(skip)]
     pub motion: Motion,
     /// The motion with the times of its file.
@@ -23,7 +26,7 @@ pub(crate) struct CycleReport<'a> {
 impl Report for CycleReport<'_> {
     fn page(&self) -> Page {
         let title = format!("{}: periodic motion", self.title);
-        Page::new(title, "")
+        Page::new(title, below_changes(self.changed, ""))
             .with(numbers(&self.orbit, self.motion))
             .with(&*self.file)
     }

@@ -39,6 +39,21 @@ pub(crate) trait Report: Serialize {
     fn page(&self) -> Page;
 }
 
+/// The line above `text` that names what was changed, if anything was.
+pub(crate) fn below_changes(changed: &[String], text: impl Into<String>) -> String {
+    let text = text.into();
+    match (changed.is_empty(), text.is_empty()) {
+        (true, _) => text,
+        (false, true) => changes(changed),
+        (false, false) => format!("{}\n{text}", changes(changed)),
+    }
+}
+
+/// Overrides in one line: `changed: friction.decay = 4 s/rad`.
+pub(crate) fn changes(changed: &[String]) -> String {
+    format!("changed: {}", changed.join(", "))
+}
+
 /// Texts, tables and figures of a report, in reading order.
 #[derive(Debug, Default)]
 pub(crate) struct Page {

@@ -1,6 +1,6 @@
 //! Page of modes: frequencies, damping and the loss of stability.
 
-use super::{NumberFormat, Page, PageTable, Report, fixed, significant};
+use super::{NumberFormat, Page, PageTable, Report, below_changes, fixed, significant};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use stickslip_analysis::analysis::Modes;
@@ -29,6 +29,9 @@ pub(crate) struct ModesReport<'a> {
     /// Origin of the case.
     pub case: String,
     pub title: &'a str,
+    /// Overrides of the case, in words.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    pub changed: &'a [String],
     #[serde(serialize_with = "name")]
     pub motion: Motion,
     #[serde(flatten)]
@@ -54,7 +57,7 @@ fn speed(motion: Motion, digits: NumberFormat, value: f64) -> String {
 impl Report for ModesReport<'_> {
     fn page(&self) -> Page {
         let (modes, motion) = (self.modes, self.motion);
-        let page = Page::new(self.title, "");
+        let page = Page::new(self.title, below_changes(self.changed, ""));
         let Some(slowing) = &self.modes.slowing else {
             return page
                 .with_all(modes.operating_points.iter().map(|point| operating(point, motion)))

@@ -1,6 +1,6 @@
 //! Report of a run: its headline beside the paper's numbers, the work of its solvers, and its witness.
 
-use super::{Page, PageTable, Report, fixed};
+use super::{Page, PageTable, Report, below_changes, fixed};
 use serde::Serialize;
 use stickslip_analysis::analysis::{HeadlineRow, Summary, Witness, headline};
 use stickslip_case::Case;
@@ -15,6 +15,9 @@ pub(crate) struct RunSummary<'a> {
     #[serde(rename = "case")]
     pub source: String,
     pub title: &'a str,
+    /// Overrides of the case, in words.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    pub changed: &'a [String],
     pub method: &'static str,
     pub rtol: f64,
     /// s.
@@ -53,7 +56,7 @@ impl Report for RunSummary<'_> {
             .iter()
             .flat_map(|witness| std::iter::once(&witness.statement).chain(&witness.repeated));
         let end: Vec<&str> = statements.chain([&self.file]).map(String::as_str).collect();
-        Page::new(self.title, format!("{how}\n{events}"))
+        Page::new(self.title, below_changes(self.changed, format!("{how}\n{events}")))
             .with(table(rows))
             .details([work(&summary.work)])
             .with(end.join("\n"))

@@ -1,6 +1,6 @@
 //! Report of a sweep: its points, failures and boundaries, and how quantities of a sample are distributed.
 
-use super::{NumberFormat, Page, PageTable, Report, exponent, fixed};
+use super::{NumberFormat, Page, PageTable, Report, below_changes, exponent, fixed};
 use crate::Error;
 use crate::plot::studies::{self, Choice, StudyColumn};
 use serde::{Serialize, Serializer};
@@ -161,7 +161,7 @@ impl Report for SweepSummary<'_> {
         let lines: Vec<String> = lines.chain(self.unfinished()).chain(self.no_boundary()).collect();
         let table = (!self.curves.is_empty()).then(|| curve_table(&self.curves));
         let distributions = self.distributions();
-        let page = Page::new(title, lines.join("\n"))
+        let page = Page::new(title, below_changes(&self.study.head.changed, lines.join("\n")))
             .with_all(table)
             .with_all((!distributions.is_empty()).then(|| summary(&distributions)))
             .details(self.all_failures());

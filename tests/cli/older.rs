@@ -83,7 +83,9 @@ fn cli_every_command_reads_older_files() {
         assert!(folder.ok(&["check", name]).contains("complete"));
         folder.ok(&["plot", name, "-o", "figures", "--channel", "contact_power"]);
         folder.ok(&["plot", name, "--html", "page.html"]);
-        assert!(folder.path("figures/contact_power.svg").exists());
+        let stem = name.trim_end_matches(".h5");
+        let figure = format!("figures/{stem}-channel-contact-power.svg");
+        assert!(folder.path(&figure).exists(), "{figure}");
         assert!(
             String::from_utf8(folder.read("page.html"))
                 .unwrap()

@@ -140,16 +140,24 @@ fn cli_plot_of_ones_own_in_every_form() {
     for (arguments, file, words) in [
         (
             &["--phase", "phi1", "phi1_dot"][..],
-            "phi1_dot-against-phi1",
+            "paper-phi1-dot-against-phi1",
             "stator surface speed",
         ),
         (
             &["--channel", "z", "--x", "normal_force"],
-            "z-against-normal_force",
+            "paper-z-against-normal-force",
             "contact force",
         ),
-        (&["--channel", "phi1_dot", "--channel", "mode"], "phi1_dot-mode", "mode"),
-        (&["paper-si.h5", "--channel", "theta_dot"], "theta_dot", "paper-si"),
+        (
+            &["--channel", "phi1_dot", "--channel", "mode"],
+            "paper-channel-phi1-dot-mode",
+            "mode",
+        ),
+        (
+            &["paper-si.h5", "--channel", "theta_dot"],
+            "paper-and-paper-si-channel-theta-dot",
+            "paper-si",
+        ),
     ] {
         let all = [&["plot", "paper.h5", "--format", "svg"], arguments].concat();
         let stdout = folder.ok(&all);
@@ -197,30 +205,48 @@ fn cli_plot_spares_other_files() {
     folder.result("run.svg");
 }
 
-/// The figures of two files have the same names. Those of the second do not replace those of the first. Each names
-/// its files.
+/// Figures are named after their files, so that those of two files have two names. Those of files with one name do not
+/// replace each other, wherever they are drawn: each names its files.
 #[test]
 fn cli_plot_spares_the_figures_of_another_file() {
     let folder = Folder::new();
-    for name in ["a b.h5", "b.h5"] {
+    std::fs::create_dir(folder.path("a b")).unwrap();
+    for name in ["a b/b.h5", "b.h5", "c.h5"] {
         folder.ok_short(&["-q", "-o", name]);
     }
     for format in ["svg", "png", "pdf"] {
         let named = |files: &[&'static str], more: &[&'static str]| -> Vec<&str> {
             [&["plot", "--channel", "z", "--format", format], files, more].concat()
         };
-        folder.ok(&named(&["a b.h5"], &[]));
-        let name = format!("figures/z.{format}");
+        folder.ok(&named(&["a b/b.h5"], &[]));
+        let name = format!("figures/b-channel-z.{format}");
         let first = folder.read(&name);
-        folder.refused(&named(&["b.h5"], &[]), &[name.as_str(), "a b.h5", "-o", "--force"]);
-        folder.refused(&named(&["a b.h5", "b.h5"], &[]), "a b.h5");
+        folder.refused(&named(&["b.h5"], &[]), &[name.as_str(), "a b/b.h5", "-o", "--force"]);
         assert_eq!(folder.read(&name), first);
+        // Other files have figures of other names.
+        let both = folder.ok(&named(&["b.h5", "c.h5"], &[]));
+        assert_eq!(both, format!("figures/b-and-c-channel-z.{format}\n"));
         // The same file by another form of its name, another folder, and force.
-        folder.ok(&named(&["./a b.h5"], &[]));
+        folder.ok(&named(&["./a b/b.h5"], &[]));
         folder.ok(&named(&["b.h5"], &["-o", "other"]));
         folder.ok(&named(&["b.h5"], &["--force"]));
         assert_ne!(folder.read(&name), first);
+        // A name that the user chose.
+        let own = format!("own.{format}");
+        folder.ok(&["plot", "--channel", "z", "b.h5", "-o", &own]);
+        folder.ok(&["plot", "--channel", "z", "b.h5", "-o", &own]);
+        folder.refused(
+            &["plot", "--channel", "z", "c.h5", "-o", &own],
+            &[own.as_str(), "b.h5", "-o", "--force"],
+        );
     }
+    folder.ok("plot b.h5 --html page.html");
+    folder.ok("plot b.h5 --html page.html");
+    folder.refused(
+        "plot c.h5 --html page.html",
+        "page.html & the page of b.h5 & --html & --force",
+    );
+    folder.ok("plot c.h5 --html page.html --force");
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn cli_a_diagram_has_the_branches_of_the_file() {
     for name in ["branches-amplitude", "branches-relative_velocity", "branches-period"] {
         assert!(names.iter().any(|one| one == name), "{names:?}");
     }
-    assert!(folder.path("figures/branches-amplitude.png").exists());
+    assert!(folder.path("figures/belt-branches-amplitude.png").exists());
     let path = folder.path("belt.h5");
     let stored = Stored::read(&path).unwrap();
     let drawn = figure(&path, "branches-amplitude");

@@ -449,7 +449,7 @@ fn cli_a_work_precision_file_is_drawn_without_a_run() {
         folder.json("plot small.h5 -o read")["files"][0]["figure"],
         "work-precision"
     );
-    for name in ["work-precision.svg", "work-precision.png"] {
+    for name in ["small-work-precision.svg", "small-work-precision.png"] {
         let read = |place: &str| std::fs::read(folder.path(place).join(name)).unwrap();
         assert!(read("ran") == read("read"), "{name}");
     }

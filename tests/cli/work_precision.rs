@@ -45,12 +45,12 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     assert!(times.is_sorted() && uncertainties.iter().all(|u| (0.0..1e-10).contains(u)));
     drop(file);
 
-    let picture = std::fs::read_to_string(folder.path("pictures/work-precision.svg")).unwrap();
+    let picture = std::fs::read_to_string(folder.path("pictures/small-work-precision.svg")).unwrap();
     says(
         &picture,
         "erk-verner-76 & uncertainty of reference & calls of the right-hand side & fixed steps",
     );
-    assert!(folder.read("pictures/work-precision.png").starts_with(b"\x89PNG"));
+    assert!(folder.read("pictures/small-work-precision.png").starts_with(b"\x89PNG"));
 
     // The study's own earlier file and figure are replaced. The table has a row for each run.
     let table = folder.ok("work-precision small.toml --figure pictures -v");

@@ -29,6 +29,7 @@ pub fn run(path: &Path, case: &str, overrides: &[&str]) {
         meta: Vec::new(),
         events: Vec::new(),
         extension: Default::default(),
+        ..Header::default()
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;

@@ -101,6 +101,7 @@ pub fn header() -> Header {
             ("method".to_owned(), AttributeValue::Text("arkode".to_owned())),
             ("rtol".to_owned(), AttributeValue::Number(1e-10)),
         ],
+        ..Header::default()
     }
 }
 

@@ -47,6 +47,7 @@ pub mod analysis;
 pub mod calibrate;
 pub mod continuation;
 pub mod cycle;
+pub mod earlier;
 mod error;
 pub mod provenance;
 pub mod study;

@@ -170,6 +170,8 @@ pub fn header(case: &Case) -> Header {
         history: format!("{started} {}", command_line()),
         case_text: resolved.clone(),
         resolved,
+        asked: None,
+        changed: Vec::new(),
         meta: meta(case, &started),
         events: events(case.solver.method),
         extension: extension(case),
@@ -181,6 +183,8 @@ pub fn header_of_repetition(first: &Header, case: &Case) -> Header {
     Header {
         title: first.title.clone(),
         case_text: first.case_text.clone(),
+        asked: Some(first.resolved.clone()),
+        changed: first.changed.clone(),
         ..header(case)
     }
 }

@@ -81,7 +81,7 @@ impl CaseValue {
     }
 
     /// The value as TOML on one line. A date, which no key takes, becomes an empty text.
-    fn toml(&self) -> String {
+    pub(super) fn toml(&self) -> String {
         let text = |text: &str| TomlValue::from(text).to_string();
         match self {
             CaseValue::Table(entries) => {
@@ -250,6 +250,10 @@ impl Override {
     /// The dotted path of the key.
     pub fn key(&self) -> &str {
         &self.path
+    }
+
+    pub(super) fn set_value(&self) -> &CaseValue {
+        &self.value
     }
 
     pub(super) fn value(path: &str, value: CaseValue) -> Override {

@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `source`, `builtin` | Where is the text from? |
 //! | `document` | What is the text? A tree of values with their lines, overrides applied to it, and problems with their places |
+//! | `changes` | What distinguishes one case from another? Differences of two texts, and overrides, in words with units |
 //! | `schema` | Which keys are there? One row for each: path, form, default, kind, places in a case, description |
 //! | `place` | What is the value at a place of a case, and how is it set and written? The case as text in SI |
 //! | `quantity` | What does a number measure, and in which unit? |
@@ -40,6 +41,7 @@ pub mod schema;
 
 mod case_keys;
 mod chains;
+mod changes;
 mod conditions;
 pub mod document;
 mod exact;
@@ -52,6 +54,7 @@ pub mod words;
 mod written;
 
 pub use case_keys::{CaseKeys, Setting, Slot};
+pub use changes::{Difference, changed, differences};
 pub use document::{CaseError, CaseProblem, Override};
 pub use exact::ExactCase;
 pub use quantity::Motion;

@@ -162,8 +162,8 @@ pub struct CaseNumber {
     pub unit: &'static str,
     /// Value in that unit.
     pub value: f64,
-    /// Half a unit of the last written digit, in the unit of the value. Trailing zeros of a plain number do not
-    /// count. `None` if the written form is unknown.
+    /// Half a unit of the last written digit, in the unit of the value; 0 for a number that was written as an integer,
+    /// which is exact. Trailing zeros of a plain number do not count. `None` if the written form is unknown.
     pub half_last_digit: Option<f64>,
 }
 
@@ -209,16 +209,25 @@ fn half_last_digit(root: &PlacedValue, path: &str, words: Words) -> Option<f64> 
     printed(&root.at(path)?.value, dimension(path, words)?).map(|number| number.1)
 }
 
-/// The SI value of a written number, and half a unit of its last digit in SI. A plain number is in SI. Its digits are
-/// those of its double's shortest decimal, so that trailing zeros are lost.
+/// The SI value of a written number, and half a unit of its last digit in SI, 0 for an integer. A plain number is in SI.
+/// Its digits are those of its double's shortest decimal, so that trailing zeros are lost.
 fn printed(value: &CaseValue, dimension: Dimension) -> Option<(f64, f64)> {
     let printed = match value {
-        CaseValue::Integer(number) => quantity::printed(&number.to_string(), Dimension::Number),
+        CaseValue::Integer(number) => return Some((*number as f64, 0.0)),
         CaseValue::Float(number) => quantity::printed(&format!("{number:e}"), Dimension::Number),
+        CaseValue::Text(text) if is_integer(text) => quantity::printed(text, dimension).map(|(value, _)| (value, 0.0)),
         CaseValue::Text(text) => quantity::printed(text, dimension),
         _ => return None,
     };
     printed.ok()
+}
+
+/// Whether the number at the start of a text has neither a point nor an exponent.
+fn is_integer(text: &str) -> bool {
+    let number = text.trim().trim_start_matches(['+', '-']);
+    !number
+        .trim_start_matches(|c: char| c.is_ascii_digit())
+        .starts_with(['.', 'e', 'E'])
 }
 
 fn collect(node: &PlacedValue, path: &str, words: Words, numbers: &mut Vec<CaseNumber>) {

@@ -24,6 +24,9 @@ use stickslip_system::record::{Event, EventKind};
 pub struct Comparison {
     /// The reference's file.
     pub reference: String,
+    /// Overrides with which the reference was run, in words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reference_changed: Vec<String>,
     /// The candidate's file.
     pub candidate: String,
     /// "result file", "HDF5", "CSV", "NPZ" or "events table".

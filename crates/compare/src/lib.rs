@@ -433,6 +433,7 @@ impl Reference {
                 Some(problem) => problem.folder.display().to_string(),
                 None => self.file.path().display().to_string(),
             },
+            reference_changed: self.file.changed(),
             candidate: candidate.path.display().to_string(),
             format: candidate.format,
             resolution,

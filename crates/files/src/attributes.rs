@@ -157,6 +157,14 @@ pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
         .map_err(|error| format!("not a text for HDF5: {error:?}").into())
 }
 
+/// Writes overrides of the case as an attribute of /input, one in each line, if there are any.
+pub(super) fn write_changed(input: &Group, changed: &[String]) -> hdf5::Result<()> {
+    match changed.is_empty() {
+        true => Ok(()),
+        false => write_attribute(input, schema::INPUT_CHANGED, changed.join("\n").as_str()),
+    }
+}
+
 pub(super) fn write_input(group: &Group, name: &str, text: &str, long_name: &str) -> hdf5::Result<()> {
     describe_text(&raw::write_text(group, name, text)?, "1", long_name)
 }

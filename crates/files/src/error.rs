@@ -26,8 +26,8 @@ pub enum Reason {
     NotUtf8,
     #[error("a sweep keeps {what} under this name; choose another name with -o, such as {}", .instead.display())]
     Reserved { what: &'static str, instead: PathBuf },
-    #[error("results are HDF5, and this name says otherwise; give -o {}, and write tables of it with `stickslip export`, figures with `stickslip plot`", .0.display())]
-    OtherFormat(PathBuf),
+    #[error("results are HDF5, and this name says otherwise; give -o {instead}; then {further}")]
+    OtherFormat { instead: String, further: String },
     #[error(
         "the name is too long for the file system with what is added to it until the file is complete; choose a shorter one with -o"
     )]
@@ -44,6 +44,8 @@ pub enum Reason {
         "exists and is not a result of this program, so it is not replaced; choose another name with -o, or replace it with --force"
     )]
     Foreign,
+    #[error("holds {0}; name another file with -o, or replace it with --force")]
+    Another(String),
     #[error("a pipe or a device, which no file replaces; choose another name with -o")]
     PipeOrDevice,
     #[error("no file can be created there ({0}); choose another folder with -o")]

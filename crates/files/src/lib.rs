@@ -59,6 +59,7 @@ mod check;
 mod contents;
 mod dense;
 pub mod disk;
+mod earlier;
 mod error;
 mod foreign;
 #[doc(hidden)]
@@ -82,6 +83,7 @@ pub use check::{CheckReport, FileDefect, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use dense::{DenseOutput, EventSide};
 pub use disk::{folder_of, is_hdf5};
+pub use earlier::{CALIBRATION, FileKind};
 pub use error::{Reason, ResultError};
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use parts::{Addition, Extra, Header, Status, StickSlipTable, write_certified};

@@ -26,6 +26,10 @@ pub struct Header {
     pub case_text: String,
     /// Every parameter in SI and in full precision, as TOML.
     pub resolved: String,
+    /// Resolved text of the case as asked for, if the run was repeated with finer settings.
+    pub asked: Option<String>,
+    /// Overrides of the case in words, such as `friction.decay = 4 s/rad`.
+    pub changed: Vec<String>,
     /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
     pub meta: Vec<(String, AttributeValue)>,
     /// Attributes of /events: method of location.
@@ -131,6 +135,11 @@ impl Addition {
             columns: Vec::new(),
             texts: Vec::new(),
         }
+    }
+
+    /// The group.
+    pub fn group(&self) -> &str {
+        &self.group
     }
 
     /// Adds an attribute.

@@ -98,6 +98,17 @@ impl ResultFile {
         self.input(schema::INPUT_RESOLVED)
     }
 
+    /// Resolved texts of the case that this file is a result of: as asked for, and as run, which may have finer settings.
+    pub fn settings(&self) -> Result<Vec<String>, ResultError> {
+        let asked = self.text_variable(group::INPUT, schema::INPUT_ASKED)?;
+        Ok(asked.into_iter().chain([self.resolved()?]).collect())
+    }
+
+    /// Overrides of the case in words, such as `friction.decay = 4 s/rad`; none in files of earlier versions.
+    pub fn changed(&self) -> Vec<String> {
+        self.source.changed()
+    }
+
     /// Attributes of /meta, in alphabetical order.
     pub fn meta(&self) -> Result<Vec<(String, AttributeValue)>, ResultError> {
         self.attributes_of(group::META)

@@ -44,7 +44,8 @@ pub(crate) fn own_format(format: Option<&str>) -> Option<&'static str> {
 pub const CONTINUATION_FORMAT: &str = "stickslip-continuation";
 /// Root attribute `format` of the file of a sweep.
 pub const SWEEP_FORMAT: &str = "stickslip-sweep";
-pub(crate) const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";
+/// Root attribute `format` of the file of a part of a sweep.
+pub const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";
 /// Root attribute `format_version`, raised by changes that old readers would misread.
 pub const FORMAT_VERSION: i32 = 1;
 pub(crate) const CONVENTIONS: &str = "CF-1.11";
@@ -107,6 +108,10 @@ pub const WITNESS_TIME: &str = "witness_time";
 pub(crate) const INPUT_CASE: &str = "case";
 /// Text of /input: every parameter in SI, as TOML.
 pub const INPUT_RESOLVED: &str = "resolved";
+/// Text of /input, only in a run that was repeated with finer settings: every parameter as asked for, as TOML.
+pub(crate) const INPUT_ASKED: &str = "asked";
+/// Attribute of /input, only if the case was changed: a line for each override, such as `friction.decay = 4 s/rad`.
+pub const INPUT_CHANGED: &str = "changed";
 /// Checksums in files of earlier versions, now ignored.
 pub(crate) const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta added by the writer: seconds from creation to the end, NaN until then.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::attributes::{write_attributes, write_input, write_root};
+use super::attributes::{write_attributes, write_changed, write_input, write_root};
 use super::parts::Addition;
 use super::schema::{StorageKind, TableSchema, Variable};
 use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader, uneven};
@@ -38,6 +38,8 @@ pub struct StudyHeader {
     pub study: String,
     /// Further texts of /input: name, description, text.
     pub inputs: Vec<(&'static str, &'static str, String)>,
+    /// Overrides of the base case that are not in the study, such as `friction.decay = 4 s/rad`.
+    pub changed: Vec<String>,
     /// Attributes of /meta.
     pub meta: Vec<(String, AttributeValue)>,
 }
@@ -73,6 +75,7 @@ impl StudyHeader {
         for (name, long_name, text) in &self.inputs {
             write_input(&input, name, text, long_name)?;
         }
+        write_changed(&input, &self.changed)?;
         write_attributes(&create_group(file, schema::group::META)?, &self.meta)
     }
 
@@ -171,6 +174,11 @@ impl StudyFile {
     /// A text of /input. Fails if it is unreadable.
     pub fn input(&self, name: &str) -> Result<Option<String>, ResultError> {
         self.source.text(&format!("{}/{name}", schema::group::INPUT))
+    }
+
+    /// Overrides of the base case that are not in the study, in words.
+    pub fn changed(&self) -> Vec<String> {
+        self.source.changed()
     }
 
     /// Base case with the study's settings, in TOML.

@@ -8,6 +8,7 @@ use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced
 use super::source::FileSource;
 use super::{Reason, ResultError, Status};
 use super::{schema, seal};
+use stickslip_system::quote::in_shell;
 
 /// Files that a run may replace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -119,13 +120,24 @@ pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Re
         .and_then(|extension| extension.to_str())
         .unwrap_or_default();
     if OTHER_FORMATS.iter().any(|other| extension.eq_ignore_ascii_case(other)) {
-        return Err(Reason::OtherFormat(path.with_extension("h5")).of(path));
+        return Err(other_format(path, &extension.to_ascii_lowercase()).of(path));
     }
     // The lock has the longest name of the three files.
     if fs::symlink_metadata(lock_path(files[1])).is_err_and(|error| error.kind() == ErrorKind::InvalidFilename) {
         return Err(Reason::NameTooLong.of(path));
     }
     files.iter().try_for_each(|file| check_replaceable(file, overwrite))
+}
+
+/// The reason against a name like that of another format, with the command that writes the format.
+fn other_format(path: &Path, extension: &str) -> Reason {
+    let instead = path.with_extension("h5").display().to_string();
+    let (result, name) = (in_shell(&instead), in_shell(&path.display().to_string()));
+    let further = match extension {
+        "csv" | "npz" | "mat" => format!("`stickslip export {result} -o {name}` writes this table"),
+        _ => format!("`stickslip export {result}` writes tables of it, `stickslip plot {result}` draws it"),
+    };
+    Reason::OtherFormat { instead, further }
 }
 
 pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(), ResultError> {

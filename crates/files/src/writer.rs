@@ -4,7 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::attributes::{quantity, text_value, write_attribute, write_attributes, write_input, write_root};
+use super::attributes::{
+    quantity, text_value, write_attribute, write_attributes, write_changed, write_input, write_root,
+};
 use super::parts::Addition;
 use super::rows::{EVENTS, KeptView, PIECE_COEFFICIENTS, PIECES, STICK_SLIP, TRAJECTORY, TableRows};
 use super::schema;
@@ -279,6 +281,11 @@ impl Open {
         ] {
             write_input(&input, name, text, long_name)?;
         }
+        if let Some(asked) = &header.asked {
+            let about = "every parameter as asked for, before the run was repeated with finer settings (TOML)";
+            write_input(&input, schema::INPUT_ASKED, asked, about)?;
+        }
+        write_changed(&input, &header.changed)?;
         let meta = create_group(&file, schema::group::META)?;
         write_attributes(&meta, &header.meta)?;
         write_attributes(&file.group(schema::group::EVENTS)?, &header.events)?;

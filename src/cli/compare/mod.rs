@@ -7,8 +7,8 @@ use super::{CommandEnd, tell};
 use crate::Error;
 use crate::output::{Output, Product};
 use crate::plot::comparison::DrawnCandidate;
-use crate::plot::signature::REPORT as MARK;
-use crate::plot::{self, DrawnRun, Figure};
+use crate::plot::signature::REPORT;
+use crate::plot::{self, Drawing, DrawnRun, Figure};
 use crate::report::{DrawnPage, Page, PagePart, Report, html, markdown};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     if let Some(target) = report {
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
-            let figures = figures((&reference, &mapping), c, (target.output.path(), number));
+            let figures = figures((&reference, &mapping), c, (&target.output, number));
             // The figures follow the statistics, and the resolution before them.
             let place = page
                 .parts
@@ -130,9 +130,9 @@ const WIDTH: f64 = 170.0;
 fn figures(
     (reference, mapping): (&Reference, &Mapping),
     comparison: &Comparison,
-    (report, number): (&Path, usize),
+    (report, number): (&Output, usize),
 ) -> Vec<PagePart> {
-    let stem = report.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = report.path().file_stem().unwrap_or_default().to_string_lossy();
     let drawn = || -> Result<Vec<PagePart>, Error> {
         let run = DrawnRun::open(Path::new(&comparison.reference))?;
         let path = Path::new(&comparison.candidate);
@@ -150,7 +150,11 @@ fn figures(
             Ok(PagePart::Figure(DrawnPage {
                 file: format!("{stem}{place}-{}.svg", figure.name),
                 title: figure.full_title(),
-                svg: plot::draw(figure, WIDTH)?.svg(),
+                svg: Drawing {
+                    source: report.source().to_owned(),
+                    ..plot::draw(figure, WIDTH)?
+                }
+                .svg(),
             }))
         };
         beside.figures(comparison)?.iter().map(part).collect()
@@ -187,15 +191,17 @@ impl ReportTarget {
     /// Writes the report. Figures of a Markdown report are files next to it, which replace only figures of this
     /// program.
     fn write(&self, pages: &[Page]) -> Result<(), Error> {
+        let mark = format!("{REPORT}{}", self.output.source());
         if self.html {
-            return self.output.write(&[html(pages, MARK).as_bytes()]);
+            return self.output.write(&[html(pages, &mark).as_bytes()]);
         }
         for part in pages.iter().flat_map(|page| &page.parts) {
             let PagePart::Figure(figure) = part else { continue };
             let path = self.output.path().with_file_name(&figure.file);
             let product = Product::Figure(Product::Report.option());
-            Output::new(&path, product, &[], self.force)?.write(&[figure.svg.as_bytes()])?;
+            Output::made_from(&path, product, (&[], self.output.source().to_owned()), self.force)?
+                .write(&[figure.svg.as_bytes()])?;
         }
-        self.output.write(&[markdown(pages, MARK).as_bytes()])
+        self.output.write(&[markdown(pages, &mark).as_bytes()])
     }
 }

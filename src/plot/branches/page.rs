@@ -57,10 +57,11 @@ pub fn write(file: &Branches, quantities: &[String], path: &Path, force: bool) -
     let page = PageDocument {
         title: stored.title.clone(),
         subtitle: format!(
-            "{}: {} of {}",
+            "{}: {} of {}{}",
             file_name(file.path),
             counted(count, "point", "points"),
-            counted(branches, "branch", "branches")
+            counted(branches, "branch", "branches"),
+            html::changed(&stored.changed)
         ),
         notice: (!stored.complete).then(|| "This continuation is not complete.".to_owned()),
         content: PointsContent {

@@ -80,7 +80,7 @@ pub fn write(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force:
         .transpose()?;
     let beside = pair.as_ref().map(|pair| Second::of(pair, &events, &form)).transpose()?;
     document.content.second = beside;
-    let fixed = document.html(&html::RUN)?.len() + margin * inputs.len();
+    let fixed = document.html(&html::RUN, output.source())?.len() + margin * inputs.len();
     let room = |share: f64| (share * limit.saturating_sub(fixed) as f64) as usize;
     if let (Some(pair), Some(beside)) = (&pair, &mut document.content.second) {
         beside.trajectory = Some(PageTrajectory::of(pair.file, &pair.form, None, room(1.0 - share))?);
@@ -110,11 +110,12 @@ fn title(file: &ResultFile, second: Option<&ResultFile>) -> String {
 
 fn line(file: &ResultFile) -> Result<String, ResultError> {
     Ok(format!(
-        "{}: {} run, {}, {}",
+        "{}: {} run, {}, {}{}",
         file_name(file.path()),
         file.status().name(),
         counted(file.sample_count()?, "sample", "samples"),
         counted(file.events()?.len(), "event", "events"),
+        html::changed(&file.changed()),
     ))
 }
 

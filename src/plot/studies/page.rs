@@ -107,9 +107,10 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
     let page = PageDocument {
         title: data.title.clone(),
         subtitle: format!(
-            "{}: {}{failed}",
+            "{}: {}{failed}{}",
             file_name(file.path()),
-            counted(points, "point", "points")
+            counted(points, "point", "points"),
+            html::changed(&file.changed())
         ),
         notice: (!data.complete)
             .then(|| "This sweep is not complete: points that were not run are struck through.".to_owned()),

@@ -29,6 +29,9 @@ pub struct CertifyReport<'a> {
     /// Origin of the case.
     #[serde(rename = "case")]
     pub source: String,
+    /// Overrides of the case, in words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changed: Vec<String>,
     /// Certified file.
     pub file: String,
     /// Figure of the onsets, if it was requested.
@@ -106,6 +109,7 @@ impl<'a> CertifyReport<'a> {
             case,
             certified,
             source,
+            changed: Vec::new(),
             file,
             figure: None,
             onsets: &[],

@@ -6,6 +6,7 @@ use super::exponent::exponent;
 use super::headline::{HeadlineRow, headline};
 use super::warning::{Warning, warnings};
 use super::witness::{Witness, repetition, witness};
+use crate::earlier::spare_run;
 use crate::provenance;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,8 @@ use stickslip_case::Case;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Progress, RunFailure, RunReport, Section, SolverOptions};
 use stickslip_files::{
-    Addition, Header, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, SavedRows, Status, StickSlipTable,
+    Addition, FileKind, Header, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, SavedRows, Status,
+    StickSlipTable, schema::group,
 };
 use stickslip_system::record::Recorder;
 use stickslip_system::watch::Watch;
@@ -201,6 +203,12 @@ impl<'a> SavedRun<'a> {
         self
     }
 
+    /// Sets the overrides of the case in words ([`stickslip_case::changed`]).
+    pub fn changed(mut self, changed: Vec<String>) -> Self {
+        self.header.changed = changed;
+        self
+    }
+
     /// Replaces the case's title.
     pub fn title(mut self, title: String) -> Self {
         self.header.title = title;
@@ -247,9 +255,12 @@ impl<'a> SavedRun<'a> {
     /// Computes the run to its end, or as far as possible, and writes the file.
     ///
     /// # Errors
-    /// The file cannot be created, or a file that must not be replaced exists. Later failures are in the report.
+    /// The file cannot be created, or a file that must not be replaced exists, such as a run with other settings. Later failures are in the report.
     pub fn start(self) -> Result<SavedReport, ResultError> {
         let (case, mut header) = (self.case, self.header);
+        let is_cycle = self.additions.iter().any(|one| one.group() == group::CYCLE);
+        let kind = if is_cycle { FileKind::Cycle } else { FileKind::Run };
+        spare_run(self.path, self.overwrite, kind, &header.resolved)?;
         let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &header)?;
         let partial = writer.partial().to_owned();
         let wanted = (self.keeps_events, self.witness);
@@ -330,6 +341,8 @@ impl KeptReport {
     /// # Errors
     /// A file that must not be replaced exists, or writing fails.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
+        let asked = self.header.asked.as_ref().unwrap_or(&self.header.resolved);
+        spare_run(path, overwrite, FileKind::Run, asked)?;
         let mut writer = ResultWriter::create(path, overwrite, &[], &self.header)?;
         writer.replay(rows)?;
         self.run.finish(writer, &[])

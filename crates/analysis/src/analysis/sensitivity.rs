@@ -494,6 +494,8 @@ impl Differentiated<'_> {
         }
         let rows_with = rows.iter().enumerate();
         let halves = rows_with.filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)));
+        // An exact number has no other value.
+        let halves = halves.filter(|(_, half)| *half > 0.0);
         let jobs: Vec<(usize, f64)> = halves
             .flat_map(|(index, half)| [(index, -half), (index, half)])
             .collect();

@@ -3,6 +3,7 @@
 use super::region::{Determined, Interval};
 use super::search::{Calibration, calibrate};
 use super::study::{CalibrationStudy, Role, Target, TargetResult};
+use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
@@ -10,8 +11,8 @@ use crate::sweep::{header, sweep_variables};
 use std::path::PathBuf;
 use stickslip_files::schema::Variable;
 use stickslip_files::{
-    DeclaredColumn, FileColumn, Reservation, ResultError, Status, SweepLayout, SweepPlan, SweepRow, SweepWriter,
-    columns,
+    CALIBRATION, DeclaredColumn, FileColumn, FileKind, Reservation, ResultError, Status, SweepLayout, SweepPlan,
+    SweepRow, SweepWriter, columns,
 };
 
 /// Builder of a calibration; `start` finds the parameters and writes the file.
@@ -23,6 +24,16 @@ impl CalibrationRun<'_> {
     /// # Errors
     /// Those of [`calibrate`], or the file cannot be written.
     pub fn start(self) -> Result<(PathBuf, Calibration), Error> {
+        let digest = self.study.digest();
+        let of_study = header(&self.study.runs, "calibrate", digest.clone(), Vec::new());
+        spare_study(
+            self.path,
+            self.overwrite,
+            FileKind::Calibration,
+            &of_study,
+            &digest,
+            None,
+        )?;
         let place = Reservation::take(self.path, self.overwrite, &self.study.runs.head.files)?;
         let calibration = calibrate(self.study, self.workers, self.watch)?;
         let file = write(self.study, &calibration, place).map_err(Error::computation)?;
@@ -59,7 +70,7 @@ fn write(study: &CalibrationStudy, calibration: &Calibration, place: Reservation
     if let Some(compromise) = &calibration.compromise {
         attributes.push(("largest_residual_of_compromise", format!("{:?}", compromise.worst)));
     }
-    writer.add_table("calibration", &attributes, &parameter_columns(study, calibration))?;
+    writer.add_table(CALIBRATION, &attributes, &parameter_columns(study, calibration))?;
     let units = study.targets.iter().map(|target| target.unit);
     let attributes = [("target_units", units.collect::<Vec<_>>().join(", "))];
     writer.add_table("targets", &attributes, &target_columns(study, calibration))?;

@@ -6,6 +6,7 @@ use super::special::Special;
 use super::study::ContinuationStudy;
 use crate::analysis::Deadline;
 use crate::cycle::{CycleStability, Family, in_units};
+use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
@@ -15,8 +16,8 @@ use std::time::Instant;
 use stickslip_case::Motion;
 use stickslip_files::schema::{CONTINUATION_FORMAT, META_POINT_COMMAND, Variable, attribute};
 use stickslip_files::{
-    Addition, AttributeValue, DeclaredColumn, FileColumn, Reservation, ResultError, Status, StudyFile, StudyHeader,
-    columns, partial_path,
+    Addition, AttributeValue, DeclaredColumn, FileColumn, FileKind, Reservation, ResultError, Status, StudyFile,
+    StudyHeader, columns, partial_path,
 };
 use stickslip_system::quote::in_shell;
 
@@ -42,6 +43,8 @@ impl Continuation<'_> {
     /// There is no start, the file is protected, or the disk fails.
     pub fn start(self) -> Result<ContinuationReport, Error> {
         let (study, watch) = (self.study, self.watch);
+        let (digest, header) = (study.digest(), header(study));
+        spare_study(self.path, self.overwrite, FileKind::Branches, &header, &digest, None)?;
         let place = Reservation::take(self.path, self.overwrite, &study.head.files)?;
         let begin = Instant::now();
         let written = study.written()?;
@@ -49,7 +52,7 @@ impl Continuation<'_> {
         let deadline = Deadline::after(begin, written.case().solver.max_wall_time);
         let family = Family::new(written, &[study.axes[0].keys.clone()])?;
         let at = journal_path(self.path);
-        let mut journal = self.journal(&study.digest())?;
+        let mut journal = self.journal(&digest)?;
         let stop = || watch.stopped() || deadline.is_over();
         let told = |explored: &Explored| {
             let last = explored.branches.last().and_then(|branch| branch.points.last());
@@ -136,26 +139,29 @@ fn write(
     explored: &Explored,
     place: &Reservation,
 ) -> Result<PathBuf, ResultError> {
+    let groups = [
+        branches(explored),
+        points(study, motion, explored),
+        curves(study, explored),
+    ];
+    header(study).write_continuation(&groups, place, &Status::of(explored.interrupted))
+}
+
+fn header(study: &ContinuationStudy) -> StudyHeader {
     let head = &study.head;
     let mut meta: Vec<(String, AttributeValue)> = provenance::build();
     meta.push(("study_digest".to_owned(), AttributeValue::Text(study.digest())));
     meta.extend(provenance::point_command(modes_command(study)));
     let settings: Vec<String> = head.settings.iter().map(stickslip_case::Override::argument).collect();
     let about = "overrides of the case, KEY=VALUE in each line";
-    let header = StudyHeader {
+    StudyHeader {
         inputs: vec![
             ("case", "the base case as it was given (TOML)", head.base.text.clone()),
             ("settings", about, settings.join("\n")),
         ],
         meta,
         ..head.of_file(format!("stickslip continue {}", head.source.name))
-    };
-    let groups = [
-        branches(explored),
-        points(study, motion, explored),
-        curves(study, explored),
-    ];
-    header.write_continuation(&groups, place, &Status::of(explored.interrupted))
+    }
 }
 
 fn modes_command(study: &ContinuationStudy) -> String {
@@ -295,6 +301,8 @@ pub struct Stored {
     pub curves: Vec<(Special, Vec<[f64; 2]>)>,
     /// Text of the base case, and its settings.
     pub case: (String, Vec<String>),
+    /// Overrides that are not in the study, in words.
+    pub changed: Vec<String>,
     /// Unit of positions.
     pub angle: String,
     /// Unit of relative velocities.
@@ -387,6 +395,7 @@ impl Stored {
             branches: found,
             curves,
             case: (input("case")?, settings.lines().map(str::to_owned).collect()),
+            changed: file.changed(),
             angle: unit("points/amplitude")?,
             speed: unit("points/largest_relative_velocity")?,
         })

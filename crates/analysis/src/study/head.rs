@@ -89,6 +89,8 @@ pub struct StudyHead {
     pub words: Words,
     /// Settings of the study in the base case.
     pub settings: Vec<Override>,
+    /// Overrides that are not in the study, in words.
+    pub changed: Vec<String>,
     /// Input files, which must not be overwritten.
     pub files: Vec<PathBuf>,
 }
@@ -132,12 +134,14 @@ impl StudyHead {
         }
         settings.extend(overrides.iter().cloned());
         let keys = keys_with(&settings);
+        let changed = base.as_ref().map(|base| stickslip_case::changed(base, overrides));
         let head = StudyHead {
             title: title.unwrap_or_else(|| source.name.clone()),
             words: keys.words,
             is_readable: base.is_some(),
             base: base.unwrap_or_else(|| CaseSource::text("\0")),
             settings,
+            changed: changed.unwrap_or_default(),
             files,
             source,
         };
@@ -162,6 +166,7 @@ impl StudyHead {
             source: provenance::source(),
             history,
             study: self.source.text.clone(),
+            changed: self.changed.clone(),
             ..StudyHeader::default()
         }
     }

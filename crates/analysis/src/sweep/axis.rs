@@ -1,6 +1,8 @@
 //! Axes of a study: keys that change together, and their values.
 
+use super::distributed::{self, AxisDistribution};
 use crate::study::{StudyHead, StudyKey, StudyReader};
+use std::path::Path;
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::{Case, CaseKeys, Override, Setting, Slot};
 use stickslip_files::{FileColumn, SweepAxis};
@@ -61,13 +63,18 @@ pub struct ParameterAxis {
     pub description: &'static str,
     /// Range; `None` for a list of values.
     pub range: Option<AxisRange>,
+    /// Distribution of a sampled axis; `None` for a range, whose values are equally probable.
+    pub distribution: Option<AxisDistribution>,
     /// Values of a grid, or choices of a sample; empty for a sampled range.
     pub levels: Vec<Setting>,
 }
 
 impl ParameterAxis {
-    /// Value at a fraction `share` of the axis, in [0, 1): from the range or the list.
+    /// Value at a fraction `share` of the axis, in [0, 1): from the distribution, the range or the list.
     pub(crate) fn at(&self, share: f64) -> Setting {
+        if let Some(distribution) = &self.distribution {
+            return Setting::Number(distribution.at(share));
+        }
         match self.range {
             Some(range) => Setting::Number(range.at(share)),
             None => {
@@ -157,7 +164,35 @@ pub(crate) fn read(
     path: &str,
     sampled: bool,
 ) -> Option<ParameterAxis> {
-    reader.table(node, path, AXIS_KEYS)?;
+    read_with(reader, known, node, path, (sampled, None))
+}
+
+/// Reads one `[[axis]]` of a sample, which may have a distribution. Its tables are in `folder`.
+pub(super) fn read_sampled(
+    reader: &mut StudyReader,
+    known: &CaseKeys,
+    node: &PlacedValue,
+    path: &str,
+    folder: &Path,
+) -> Option<ParameterAxis> {
+    read_with(reader, known, node, path, (true, Some(folder)))
+}
+
+fn read_with(
+    reader: &mut StudyReader,
+    known: &CaseKeys,
+    node: &PlacedValue,
+    path: &str,
+    (sampled, folder): (bool, Option<&Path>),
+) -> Option<ParameterAxis> {
+    if let (Some(given), None) = (node.at("distribution"), folder) {
+        let message = "only an axis of a study with [sample] has a distribution; leave it out";
+        return reader.refuse(given, &format!("{path}.distribution"), message);
+    }
+    match folder {
+        Some(_) => reader.table(node, path, &[AXIS_KEYS, distributed::KEYS].concat())?,
+        None => reader.table(node, path, AXIS_KEYS)?,
+    };
     let at = |name: &str| format!("{path}.{name}");
     let Some(key_node) = node.at("key") else {
         let message = "missing: write key = \"friction.decay\", or any other key of a case";
@@ -183,6 +218,12 @@ pub(crate) fn read(
         return reader.refuse(key_node, &at("key"), message);
     }
     let mut axis = ParameterAxis::of_keys(paths, first);
+    if let Some(folder) = folder {
+        axis.distribution = AxisDistribution::read(reader, node, &keys, path, folder)?;
+        if axis.distribution.is_some() {
+            return Some(axis);
+        }
+    }
     let of_range = ["from", "to", "count", "spacing"];
     let of_range = of_range.iter().find_map(|name| Some((*name, node.at(name)?)));
     match (node.at("values"), of_range) {

@@ -183,6 +183,7 @@ impl Portable {
             words: Words::of(&base, &settings),
             base,
             settings,
+            changed: Vec::new(),
             files: Vec::new(),
         };
         let axes = self.axes.into_iter().map(|keys| ParameterAxis {

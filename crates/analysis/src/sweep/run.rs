@@ -3,18 +3,21 @@
 use super::boundary::trace;
 use super::curves::Boundaries;
 use super::executor::Executor;
-use super::file::write;
+use super::file::{header, write};
 use super::journal::journal_path;
 use super::runner::{Integrate, Running, without_a_file};
 use super::study::{Design, Study};
 use crate::analysis::{Recorded, SavedRun};
+use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::study::StudyRun;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use stickslip_case::Case;
 use stickslip_engine::hybrid::RunError;
-use stickslip_files::{Partition, Reason, ShardFile, ShardPlan, StudyFile, check_sound, check_target, schema};
+use stickslip_files::{
+    FileKind, Partition, Reason, ShardFile, ShardPlan, StudyFile, check_sound, check_target, schema,
+};
 use stickslip_system::quote::shown;
 use stickslip_system::watch::Watch;
 
@@ -121,6 +124,11 @@ fn run(sweep: &Sweep, integrate: &Integrate, executor: Option<&mut dyn Executor>
     if sweep.resume && path.exists() && !journal_file.exists() {
         return already_there(path, &digest, sweep.shard);
     }
+    let (kind, header) = match part.is_some() {
+        true => (FileKind::Shard, header(study, "sweep", digest.clone(), Vec::new())),
+        false => (FileKind::Sweep, header(study, "sweep", digest.clone(), Vec::new())),
+    };
+    spare_study(path, sweep.overwrite, kind, &header, &digest, part.as_ref())?;
     let journal = sweep.journal(&digest)?;
     let before = journal.points();
     let mut running = Running {

@@ -20,6 +20,9 @@ pub(crate) enum SampleMethod {
 pub(super) const MOST_SOBOL_POINTS: u64 = 1 << 16;
 pub(super) const MOST_SOBOL_AXES: usize = 256;
 
+/// Step of the generator's numbers in [0, 1).
+const SOBOL_STEP: f64 = 1.0 / (1u64 << 24) as f64;
+
 /// Largest memory for the points of a sample or a table, bytes.
 const MEMORY: u64 = 512 << 20;
 
@@ -37,7 +40,12 @@ pub(super) fn draw(axes: &[ParameterAxis], method: SampleMethod, count: usize, s
         SampleMethod::LatinHypercube => latin_hypercube(axes.len(), count, seed),
         SampleMethod::Sobol => sobol(axes.len(), count, seed),
     };
-    let row = |shares: Vec<f64>| axes.iter().zip(shares).map(|(axis, share)| axis.at(share)).collect();
+    let value = |(axis, share): (&ParameterAxis, f64)| match (&axis.distribution, method) {
+        // The sequence is in multiples of a step from 0, where a distribution may have no value: the middle of the step.
+        (Some(_), SampleMethod::Sobol) => axis.at(share + 0.5 * SOBOL_STEP),
+        _ => axis.at(share),
+    };
+    let row = |shares: Vec<f64>| axes.iter().zip(shares).map(value).collect();
     shares.into_iter().map(row).collect()
 }
 
@@ -160,7 +168,7 @@ fn is_word(name: &str) -> bool {
     name.len() <= LONGEST && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c == '.')
 }
 
-fn cell_value(cell: &str) -> CaseValue {
+pub(super) fn cell_value(cell: &str) -> CaseValue {
     if let Ok(number) = cell.parse::<i64>() {
         return CaseValue::Integer(number);
     }

@@ -3,9 +3,11 @@
 use super::asked_for;
 use super::axis::{self, ParameterAxis};
 use super::criterion::{BOUNDARY_KEYS, BoundarySpec, read_boundary};
+use super::distributed::{self, AxisDistribution};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of};
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
 use stickslip_case::document::{self, CaseValue, PlacedValue};
@@ -147,6 +149,7 @@ const KEEP_KEYS: &[StudyKey] = &[
 pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[
     ("", STUDY_KEYS),
     ("sample", SAMPLE_KEYS),
+    ("axis[]", distributed::KEYS),
     ("keep", KEEP_KEYS),
     ("boundary", BOUNDARY_KEYS),
 ];
@@ -156,7 +159,8 @@ impl Study {
     pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
         let (mut reader, root) = StudyReader::open(&source.text, source.label(), STUDY_KEYS)?;
         let (mut head, keys) = StudyHead::read(&mut reader, &root, source, Vec::new(), overrides);
-        let mut axes = read_axes(&mut reader, &keys, &root);
+        let mut axes = read_axes(&mut reader, &keys, &root, &head.source.folder());
+        head.files.extend(axes.iter().filter_map(table_of).cloned());
         // A table of points defines its columns later.
         let case = match root.at("points") {
             None => axis::case_along(&axes, &head),
@@ -351,13 +355,23 @@ fn gives_tolerance(head: &StudyHead, axes: &[ParameterAxis]) -> bool {
         || document::read(&head.base.text, "").is_ok_and(|root| root.at(KEY).is_some())
 }
 
-fn read_axes(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue) -> Vec<ParameterAxis> {
+/// The table from which the values of an axis are drawn, an input of the study.
+fn table_of(axis: &ParameterAxis) -> Option<&PathBuf> {
+    match &axis.distribution {
+        Some(AxisDistribution::Table { path, .. }) => Some(path),
+        _ => None,
+    }
+}
+
+fn read_axes(reader: &mut StudyReader, known: &CaseKeys, root: &PlacedValue, folder: &Path) -> Vec<ParameterAxis> {
     let sampled = root.at("sample").is_some();
     let (mut axes, mut levels) = (Vec::<ParameterAxis>::new(), 0);
     for (path, node) in reader.tables(root, "axis", None) {
-        let Some(axis) = axis::read(reader, known, node, &path, sampled) else {
-            continue;
+        let axis = match sampled {
+            true => axis::read_sampled(reader, known, node, &path, folder),
+            false => axis::read(reader, known, node, &path, false),
         };
+        let Some(axis) = axis else { continue };
         levels += axis.levels.len();
         if levels > MOST_LEVELS {
             let message = format!("the axes have more than {MOST_LEVELS} values in all; give them fewer");

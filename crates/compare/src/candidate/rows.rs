@@ -203,7 +203,9 @@ impl<'a> Rows<'a> {
         CompareError::content(&self.table.path, place, what, remedy)
     }
 
-    /// Checks that times increase. If they are rounded, rows that repeat a time are dropped.
+    /// Checks that times increase. If they are rounded, rows that repeat a time are dropped. Otherwise the first and the
+    /// last row of one time are the states before and after an event: if they differ, the first one is moved to the
+    /// double below the time, so that times increase.
     fn check_times(&mut self, times: &mut Vec<f64>) -> Result<(), CompareError> {
         let Some(&first) = times.first() else {
             return Ok(());
@@ -217,34 +219,49 @@ impl<'a> Rows<'a> {
             self.last = times[times.len() - 1];
             return Ok(());
         }
-        let mut kept = Vec::with_capacity(times.len());
-        for (row, &time) in times.iter().enumerate() {
-            if time == self.last && self.clock.rounding.is_some_and(Rounding::repeats) {
-                self.watch.repeated += 1;
-                continue;
+        let repeats = self.clock.rounding.is_some_and(Rounding::repeats);
+        let mut kept: Vec<(usize, f64)> = Vec::with_capacity(times.len());
+        let mut row = 0;
+        while row < times.len() {
+            let time = times[row];
+            let count = times[row..].iter().take_while(|other| **other == time).count();
+            if repeats {
+                let is_new = time > self.last;
+                self.watch.repeated += count as u64 - u64::from(is_new);
+                kept.extend(is_new.then_some((row, time)));
             }
-            if time <= self.last {
-                let (what, remedy) = if time < self.last {
-                    let what = format!("the time {time:?} s comes after {:?} s", self.last);
-                    (what, "sort the rows by time")
-                } else if let Some((digits, repeated)) = too_few_digits(&self.raw[0]) {
+            if time < self.last {
+                let what = format!("the time {time:?} s comes after {:?} s", self.last);
+                return Err(self.fault(row, &self.names[0], what, "sort the rows by time"));
+            }
+            if !repeats {
+                if (count > 1 || time == self.last)
+                    && let Some((digits, repeated)) = too_few_digits(&self.raw[0])
+                {
                     let what = format!(
                         "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
                         repeated - 1
                     );
-                    (what, "write them with 17 digits, in Python with \"%.17g\"")
-                } else {
-                    let what = format!("the time {time:?} s is there twice");
-                    (what, "keep one of the two rows, such as the one after an event")
+                    let remedy = "write them with 17 digits, in Python with \"%.17g\"";
+                    return Err(self.fault(row + usize::from(count > 1), &self.names[0], what, remedy));
+                }
+                let before = kept.last().map_or(self.last, |last| last.1);
+                let end = row + count - 1;
+                let differ = self.raw.iter().skip(1).any(|column| column[row] != column[end]);
+                // The block before may have ended with the state before the event.
+                let (left, right) = match time == self.last {
+                    true => (None, time.next_up()),
+                    false => (differ.then(|| time.next_down()), time),
                 };
-                return Err(self.fault(row, &self.names[0], what, remedy));
+                kept.extend(left.filter(|left| *left > before).map(|left| (row, left)));
+                kept.extend((right > before).then_some((end, right)));
             }
             self.last = time;
-            kept.push(row);
+            row += count;
         }
-        *times = kept.iter().map(|&row| times[row]).collect();
+        *times = kept.iter().map(|&(_, time)| time).collect();
         for column in &mut self.raw {
-            *column = kept.iter().map(|&row| column[row]).collect();
+            *column = kept.iter().map(|&(row, _)| column[row]).collect();
         }
         Ok(())
     }

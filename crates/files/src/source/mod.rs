@@ -271,6 +271,13 @@ impl FileSource {
         })
     }
 
+    /// Overrides of the case in words; none in files of earlier versions.
+    pub(super) fn changed(&self) -> Vec<String> {
+        let found = self.text_attribute(schema::group::INPUT, schema::INPUT_CHANGED);
+        let text = found.ok().flatten().unwrap_or_default();
+        text.lines().map(str::to_owned).collect()
+    }
+
     pub(super) fn described(&self, path: &str) -> Result<Described, ResultError> {
         let mut described = Described::default();
         let (mut codes, mut meanings) = (Vec::new(), String::new());

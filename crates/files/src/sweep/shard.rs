@@ -192,6 +192,7 @@ impl ShardFile {
             history: text(root::HISTORY)?,
             study: input(INPUT_STUDY)?,
             inputs: vec![StudyHeader::case_of_sweep(input(INPUT_CASE)?)],
+            changed: self.inner.changed(),
             meta,
         })
     }

@@ -13,6 +13,7 @@ pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 use study::{FALLBACK, TIGHTEST};
 
 use super::exact::{Truth, request as oracle_request};
+use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
@@ -27,7 +28,7 @@ use stickslip_files::schema::{
     INPUT_RESOLVED, SHORT_CHUNK, TableSchema, Variable, WORK_PRECISION_FORMAT, group, kind_flags,
 };
 use stickslip_files::{
-    DeclaredColumn, Reason, Reservation, ResultError, Status, StudyFile, StudyHeader, columns, quantity,
+    DeclaredColumn, FileKind, Reason, Reservation, ResultError, Status, StudyFile, StudyHeader, columns, quantity,
 };
 use stickslip_oracle::{OracleRequest, solve};
 use stickslip_system::record::{Event, EventKind, NoRecorder};
@@ -128,6 +129,8 @@ impl PrecisionRun<'_> {
     /// # Errors
     /// There is no reference, the study was interrupted before there was one, the file is protected, or the disk fails.
     pub fn start(self) -> Result<(PathBuf, StudyResult), Error> {
+        let of_study = header(self.study, String::new());
+        spare_study(self.path, self.overwrite, FileKind::WorkPrecision, &of_study, "", None)?;
         let place = Reservation::take(self.path, self.overwrite, &self.study.head.files)?;
         let started = provenance::now();
         let result = run(self.study, self.watch)?;
@@ -402,14 +405,20 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
+fn header(study: &PrecisionStudy, history: String) -> StudyHeader {
+    let resolved = study.runs.first().map(|run| run.2.resolved()).unwrap_or_default();
+    let about = "every parameter of the first run in SI units (TOML)";
+    StudyHeader {
+        inputs: vec![(INPUT_RESOLVED, about, resolved)],
+        ..study.head.of_file(history)
+    }
+}
+
 impl StudyResult {
     fn write(&self, study: &PrecisionStudy, started: &str, place: &Reservation) -> Result<PathBuf, ResultError> {
-        let resolved = study.runs.first().map(|run| run.2.resolved()).unwrap_or_default();
-        let about = "every parameter of the first run in SI units (TOML)";
         let header = StudyHeader {
-            inputs: vec![(INPUT_RESOLVED, about, resolved)],
             meta: provenance::program(started),
-            ..study.head.of_file(format!("{started} {}", provenance::command_line()))
+            ..header(study, format!("{started} {}", provenance::command_line()))
         };
         let mut methods: Vec<Method> = Vec::new();
         for run in &self.measurements {

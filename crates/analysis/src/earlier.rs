@@ -1,0 +1,150 @@
+//! Earlier files at the place of a new one. Without force, a file is replaced only by a result of the same case and
+//! settings.
+
+use std::path::Path;
+use stickslip_case::{Difference, differences};
+use stickslip_files::{
+    FileKind, Overwrite, Reason, ResultError, ResultFile, ShardFile, ShardPlan, StudyFile, StudyHeader, schema,
+};
+
+/// Most differences that a message lists.
+const LISTED: usize = 3;
+
+/// Refuses to replace the file at `path` if it holds the run of another case or other settings. `resolved` is the
+/// resolved case of the new run. A partial file, which is of a run that has no result, is replaced by the next run.
+///
+/// # Errors
+/// Such a file exists, and there is no force.
+pub fn spare_run(path: &Path, overwrite: Overwrite, kind: FileKind, resolved: &str) -> Result<(), ResultError> {
+    spare(path, overwrite, kind, |file| {
+        let settings = ResultFile::open(file).ok()?.settings().ok()?;
+        let mut found = settings.iter().map(|there| differences(there, resolved));
+        let first = found.next()?;
+        match first.is_empty() || found.any(|others| others.is_empty()) {
+            true => None,
+            false => Some(listed(&first)),
+        }
+    })
+}
+
+/// The same for the file of a study, of which `shard` is a part.
+pub(crate) fn spare_study(
+    path: &Path,
+    overwrite: Overwrite,
+    kind: FileKind,
+    header: &StudyHeader,
+    digest: &str,
+    shard: Option<&ShardPlan>,
+) -> Result<(), ResultError> {
+    spare(path, overwrite, kind, |file| {
+        let earlier = EarlierStudy::read(file)?;
+        if let (Some(here), Some(there)) = (shard, earlier.shard)
+            && here.shard != there
+        {
+            return Some(format!("part {} there, {} here", there + 1, here.shard + 1));
+        }
+        if earlier.digest.as_deref() == Some(digest) {
+            return None;
+        }
+        let mut found = differences(&earlier.study, &header.study);
+        for (name, _, here) in &header.inputs {
+            let there = earlier.inputs.iter().find(|(known, _)| known == name);
+            found.extend(there.iter().flat_map(|(_, there)| differences(there, here)));
+        }
+        let [there, here] = [&earlier.changed, &header.changed].map(|lines| lines.join("\n"));
+        if there != here {
+            found.extend(changed(&earlier.changed, &header.changed));
+        }
+        match found.is_empty() {
+            // Another version of the program has another digest.
+            true if earlier.source != header.source => None,
+            true => Some("its settings differ".to_owned()).filter(|_| !digest.is_empty()),
+            false => Some(listed(&found)),
+        }
+    })
+}
+
+struct EarlierStudy {
+    source: String,
+    study: String,
+    inputs: Vec<(&'static str, String)>,
+    changed: Vec<String>,
+    digest: Option<String>,
+    shard: Option<usize>,
+}
+
+impl EarlierStudy {
+    fn read(path: &Path) -> Option<EarlierStudy> {
+        let open = |format| StudyFile::open(path, format).ok();
+        let shard = ShardFile::open(path).ok();
+        let formats = [
+            schema::SWEEP_FORMAT,
+            schema::SWEEP_SHARD_FORMAT,
+            schema::CONTINUATION_FORMAT,
+            schema::WORK_PRECISION_FORMAT,
+        ];
+        let file = formats.into_iter().find_map(open)?;
+        let inputs = ["case", "settings", schema::INPUT_RESOLVED];
+        let inputs = inputs
+            .into_iter()
+            .filter_map(|name| Some((name, file.input(name).ok()??)));
+        Some(EarlierStudy {
+            source: file.text(schema::root::SOURCE).unwrap_or_default(),
+            study: file.input("study").ok()??,
+            inputs: inputs.collect(),
+            changed: file.changed(),
+            digest: file.digest().or_else(|| file.text("meta/study_digest")),
+            shard: shard.map(|shard| shard.shard()),
+        })
+    }
+}
+
+/// Differences between overrides in words.
+fn changed(there: &[String], here: &[String]) -> Vec<Difference> {
+    let value = |lines: &[String], key: &str| {
+        let found = lines.iter().filter_map(|line| line.split_once(" = "));
+        found
+            .filter(|(known, _)| *known == key)
+            .map(|(_, value)| value.to_owned())
+            .next()
+    };
+    let keys = here
+        .iter()
+        .chain(there)
+        .filter_map(|line| Some(line.split_once(" = ")?.0));
+    let mut found: Vec<Difference> = Vec::new();
+    for key in keys {
+        let (there, here) = (value(there, key), value(here, key));
+        if there != here && found.iter().all(|known| known.key != key) {
+            let key = key.to_owned();
+            found.push(Difference { key, there, here });
+        }
+    }
+    found
+}
+
+fn listed(found: &[Difference]) -> String {
+    let mut texts: Vec<String> = found.iter().take(LISTED).map(ToString::to_string).collect();
+    if found.len() > LISTED {
+        texts.push(format!("and {} more", found.len() - LISTED));
+    }
+    texts.join("; ")
+}
+
+fn spare(
+    path: &Path,
+    overwrite: Overwrite,
+    kind: FileKind,
+    differs: impl Fn(&Path) -> Option<String>,
+) -> Result<(), ResultError> {
+    if overwrite == Overwrite::Force {
+        return Ok(());
+    }
+    let Some(found) = FileKind::of(path) else { return Ok(()) };
+    let name = found.name();
+    match differs(path) {
+        _ if !kind.includes(found) => Err(Reason::Another(format!("a {name}")).of(path)),
+        Some(how) => Err(Reason::Another(format!("another {name}: {how}")).of(path)),
+        None => Ok(()),
+    }
+}

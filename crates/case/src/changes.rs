@@ -1,0 +1,114 @@
+//! What distinguishes one case from another, in words: differences between two texts, and overrides with their units.
+
+use super::document::{self, CaseValue, Override, PlacedValue};
+use super::{CaseSource, Words, written};
+use std::collections::BTreeSet;
+use std::fmt;
+
+/// A key with its values in two texts; `None` where a text does not set it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// Dotted path of the key.
+    pub key: String,
+    /// Value in the earlier text, with its unit.
+    pub there: Option<String>,
+    /// Value in the later text, with its unit.
+    pub here: Option<String>,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Difference { key, there, here } = self;
+        match (there, here) {
+            (Some(there), Some(here)) => write!(f, "{key} = {there} there, {here} here"),
+            (Some(there), None) => write!(f, "{key} = {there} there, not set here"),
+            (None, Some(here)) => write!(f, "{key} = {here} here, not set there"),
+            (None, None) => f.write_str(key),
+        }
+    }
+}
+
+/// Bounds the time that a run may take, and has no effect on its results.
+const WITHOUT_EFFECT: &str = "solver.max_wall_time";
+
+/// Keys whose values differ between two texts of cases or studies, in the order of `here`, then those that only
+/// `there` has. A text that is not TOML has no keys. Units are those of the case `here`.
+pub fn differences(there: &str, here: &str) -> Vec<Difference> {
+    let words = Words::of(&CaseSource::text(here), &[]);
+    let [before, after] = [there, here].map(|text| {
+        let mut leaves = Vec::new();
+        if let Ok(root) = document::read(text, "") {
+            flatten(&root, "", &mut leaves);
+        }
+        leaves
+    });
+    let value = |leaves: &[(String, CaseValue)], key: &str| {
+        let found = leaves.iter().find(|(path, _)| path == key);
+        found.map(|(_, value)| in_words(key, value, words))
+    };
+    let mut seen = BTreeSet::new();
+    let keys = after.iter().chain(&before).map(|(key, _)| key);
+    keys.filter(|key| *key != WITHOUT_EFFECT && seen.insert(*key))
+        .map(|key| Difference {
+            key: key.clone(),
+            there: value(&before, key),
+            here: value(&after, key),
+        })
+        .filter(|difference| difference.there != difference.here)
+        .collect()
+}
+
+fn flatten(node: &PlacedValue, path: &str, leaves: &mut Vec<(String, CaseValue)>) {
+    let within = |key: &str| match path {
+        "" => key.to_owned(),
+        path => format!("{path}.{key}"),
+    };
+    match &node.value {
+        CaseValue::Table(entries) => entries
+            .iter()
+            .for_each(|(key, child)| flatten(child, &within(key), leaves)),
+        CaseValue::Array(elements) if !elements.is_empty() => elements
+            .iter()
+            .enumerate()
+            .for_each(|(index, child)| flatten(child, &within(&index.to_string()), leaves)),
+        value => leaves.push((path.to_owned(), value.clone())),
+    }
+}
+
+/// Overrides of a case in words, the last one of each key: `friction.decay = 4 s/rad`. Each is an argument of `--set`.
+/// The limit of the wall time, which has no effect on results, is left out.
+pub fn changed(source: &CaseSource, overrides: &[Override]) -> Vec<String> {
+    let words = Words::of(source, overrides);
+    let is_last =
+        |(at, change): &(usize, &Override)| overrides[at + 1..].iter().all(|later| later.key() != change.key());
+    let last = overrides.iter().enumerate().filter(is_last);
+    let last = last.filter(|(_, change)| change.key() != WITHOUT_EFFECT);
+    last.map(|(_, change)| {
+        let key = change.key();
+        format!("{key} = {}", in_words(key, change.set_value(), words))
+    })
+    .collect()
+}
+
+/// A value with the unit of its key, if it is a number; a text without its quotes.
+fn in_words(key: &str, value: &CaseValue, words: Words) -> String {
+    let number = match value {
+        CaseValue::Integer(number) => *number as f64,
+        CaseValue::Float(number) => *number,
+        CaseValue::Text(text) => return text.clone(),
+        other => return other.toml(),
+    };
+    let unit = written::dimension(key, words).map_or("", |dimension| dimension.unit());
+    match unit {
+        "" | "1" => plain(number),
+        unit => format!("{} {unit}", plain(number)),
+    }
+}
+
+/// The shortest decimal of a number: 4, 0.25, 1e-12.
+fn plain(number: f64) -> String {
+    match number.abs() {
+        0.0 | 1e-4..1e15 => number.to_string(),
+        _ => format!("{number:e}"),
+    }
+}
