@@ -30,7 +30,8 @@ pub fn of_study(path: &Path, wanted: &[String]) -> Result<Option<Export<'static>
     let file = StudyFile::open(path, format)?;
     let all = match format {
         SWEEP_FORMAT => points(&file)?,
-        _ => rows_of(&file, name)?,
+        CONTINUATION_FORMAT => rows_of(&file, name, "period")?,
+        _ => rows_of(&file, name, "method")?,
     };
     let (columns, values): (Vec<Variable>, Vec<Vec<f64>>) = chosen(path, name, all, wanted)?.into_iter().unzip();
     let origin = TableOrigin {
@@ -89,10 +90,11 @@ fn column(found: &StudyColumn) -> (Variable, Vec<f64>) {
     (Variable::words(name, long_name, flags), values)
 }
 
-/// One-dimensional columns of a table.
-fn rows_of(file: &StudyFile, table: &str) -> Result<Columns, Error> {
+/// Columns of a table with a value for each row, as the column `counted` has.
+fn rows_of(file: &StudyFile, table: &str, counted: &str) -> Result<Columns, Error> {
+    let rows = file.shape(&format!("{table}/{counted}"))?;
     let found = file.columns(table)?.into_iter();
-    let found = found.filter(|(_, shape, _)| shape.len() == 1);
+    let found = found.filter(|(_, shape, _)| *shape == rows);
     let found = found.map(|(mut variable, _, values)| {
         if !variable.flags.is_empty() {
             variable.kind = StorageKind::Int8;

@@ -23,7 +23,7 @@ fn cli_export_of_a_sweep_has_a_row_for_each_point() {
     };
     assert_eq!((table.len(), table[0][0].as_str()), (37, "point"));
     assert!(
-        table[0].contains(&"torsion_damping [N m s rad-1]".to_owned()),
+        table[0].contains(&"torsion_damping [N m s/rad]".to_owned()),
         "{:?}",
         table[0]
     );

@@ -7,10 +7,14 @@ use stickslip::results::Status;
 const FOREIGN: &str = "someone's thesis";
 
 #[test]
-fn cli_output_replaces_an_own_result() {
+fn cli_output_replaces_a_result_of_other_settings_by_force() {
     let folder = Folder::new();
     folder.ok_short("-q --set initial.speed=50");
-    folder.ok_short("-q --set initial.speed=60");
+    folder.refused_short(
+        "-q --set initial.speed=60",
+        "initial.speed = 50 rad/s there, 60 rad/s here",
+    );
+    folder.ok_short("-q --set initial.speed=60 --force");
     assert_eq!(folder.names(), ["paper.h5"]);
     assert_eq!(folder.result("paper.h5").column("theta_dot", 0..1).unwrap(), [60.0]);
 }

@@ -12,7 +12,7 @@ fn cli_a_run_replaces_a_result_of_the_same_settings_only() {
     let first = folder.read("paper.h5");
     let said = folder.refused_short(
         "--set friction.decay=4",
-        "paper.h5: holds another run: friction.decay = 1.6 s/rad there, 4 s/rad here; name another file with -o & --force",
+        "paper.h5: holds another run: friction.decay = 5 s/rad there, 4 s/rad here; name another file with -o & --force",
     );
     assert!(!said.contains("more"), "{said}");
     folder.refused(
@@ -165,7 +165,7 @@ fn cli_a_change_is_an_argument_of_set() {
 #[test]
 fn cli_a_key_that_is_set_twice_is_refused() {
     let folder = Folder::new();
-    for command in ["run", "certify", "modes", "cycle belt-leine", "sweep", "continue"] {
+    for command in ["run", "certify", "modes", "cycle belt-leine", "sweep critical-curve"] {
         let arguments = format!("{command} --set friction.decay=4 --set friction.decay=5");
         folder.refused(
             &arguments,

@@ -239,7 +239,7 @@ fn cli_run_quiet_prints_nothing_but_errors() {
         assert_eq!(found, (String::new(), String::new()));
     }
     assert_eq!(folder.names(), ["block.h5", "paper.h5", "unperturbed.h5"]);
-    let (stdout, stderr) = folder.ends("run -q --set solver.max_events=10", 1);
+    let (stdout, stderr) = folder.ends("run -q --force --set solver.max_events=10", 1);
     assert_eq!(stdout, "");
     assert!(stderr.contains("event budget"), "{stderr}");
 }
@@ -316,9 +316,9 @@ fn cli_run_unperturbed_warns_that_noise_decides() {
         .and(predicate::str::contains("--set 'perturbation="));
     assert!(said.eval(&stderr), "{stderr}");
     let remedy = stderr.split("--set '").nth(1).unwrap().split('\'').next().unwrap();
-    let (_, stderr) = folder.ends(&["run", "unperturbed", "--set", remedy], 0);
+    let (_, stderr) = folder.ends(&["run", "unperturbed", "--force", "--set", remedy], 0);
     assert_eq!(stderr, "");
-    let stdout = folder.ok("run unperturbed --json");
+    let stdout = folder.ok("run unperturbed --json --force");
     assert_eq!(json(&stdout)["summary"]["noise_determined"], true);
     assert_eq!(json(&stdout)["warnings"].as_array().unwrap().len(), 1);
 }
@@ -333,7 +333,7 @@ fn cli_run_says_if_it_ends_before_a_kick() {
     let warning = document["warnings"][0].as_str().unwrap();
     says(warning, &["the run ended at t = 2 s, before its time"]);
     let kick = "perturbation=[{time=\"instability\",relative_velocity=1e-4}]";
-    let (_, stderr) = folder.ends(&["run", "--set", "output.end_time=2", "--set", kick], 0);
+    let (_, stderr) = folder.ends(&["run", "--force", "--set", "output.end_time=2", "--set", kick], 0);
     says(&stderr, "the run ended at t = 2 s, before sliding lost its stability");
 }
 
@@ -351,7 +351,7 @@ fn cli_run_puts_the_paper_beside_its_own_parameters() {
         (&["--set", "friction.decay=4.9"], false),
         (&["paper-si"], false),
     ] {
-        let mut command = folder.stickslip("run");
+        let mut command = folder.stickslip("run --force");
         let (stdout, _) = output(command.args(arguments), 0);
         assert_eq!(stdout.contains("6.9896 s"), beside, "{arguments:?}: {stdout}");
     }
@@ -363,7 +363,7 @@ fn cli_run_calls_a_dead_kick_dead() {
     let folder = Folder::new();
     let line = |row: &str, kick: &str| {
         let kick = format!("perturbation=[{{{kick}}}]");
-        let stdout = folder.ok(&["run", "-v", "--set", &kick]);
+        let stdout = folder.ok(&["run", "-v", "--force", "--set", &kick]);
         let found = stdout.lines().find(|line| line.starts_with(row));
         found.unwrap().to_owned()
     };

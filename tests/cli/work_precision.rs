@@ -195,7 +195,7 @@ fn analytic_a_truth_may_be_of_any_case() {
             "study.toml",
             study.replace("truth.json", name).replace("belt-coulomb", case),
         );
-        folder.refused("work-precision study.toml", &["of another case"]);
+        folder.refused("work-precision study.toml --force", &["of another case"]);
     }
 }
 
