@@ -224,6 +224,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
         "initial.speed=6",
         "--set",
         "output.end_time=0.8",
+        "--force",
     ];
     let without = certify("paper-si", noise);
     let table = folder.ok(&without);
