@@ -805,6 +805,7 @@ pub(super) struct CaseOptions {
 
 /// A shell that completes words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[expect(clippy::enum_variant_names, reason = "PowerShell is a name")]
 pub(super) enum Shell {
     Bash,
     Zsh,
