@@ -92,7 +92,7 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
 /// Colours of methods, of different hue or lightness.
 const COLORS: [RGBColor; 9] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK, WINE, OLIVE];
 
-/// Colour of method `number` (from 0). Beyond nine the colours repeat in darker shades; seventeen are distinct.
+/// Colour of method `number` (from 0). Beyond nine the colours repeat in darker shades; fifteen are distinct.
 pub fn color(number: usize) -> RGBColor {
     let RGBColor(r, g, b) = COLORS[number % COLORS.len()];
     let shades = i32::try_from(number / COLORS.len()).unwrap_or(i32::MAX);

@@ -443,18 +443,29 @@ fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Err
         let line = vec![(at, y.0), (at, y.1)];
         draw_line(plane, line, (of_event(kind), THIN_STROKE + 2), line_of_event(kind))?;
     }
-    for curve in &m.panel.curves {
+    // Labels interrupt thin lines, which they name, and no others.
+    let (origin, high) = (own.get_base_pixel(), (0.55 * LABEL_SIZE) as i32);
+    let place = |at: (f64, f64)| {
+        let (x, y) = plane.map_coordinate(&(m.x.show(at.0), m.y.show(at.1)));
+        (x - origin.0, y - origin.1)
+    };
+    let (thin, others): (Vec<&Curve>, Vec<&Curve>) =
+        (m.panel.curves.iter()).partition(|curve| curve.style == CurveStyle::Thin && !m.panel.labels.is_empty());
+    for curve in thin {
         draw_curve(plane, m, curve)?;
     }
-    let (origin, high) = (own.get_base_pixel(), (0.55 * LABEL_SIZE) as i32);
     for (at, text) in &m.panel.labels {
-        let (x, y) = plane.map_coordinate(&(m.x.show(at.0), m.y.show(at.1)));
-        let (x, y) = (x - origin.0, y - origin.1);
+        let (x, y) = place(*at);
         let half = (text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32;
         let corners = [(x - half, y - high), (x + half, y + high)];
         own.draw(&Rectangle::new(corners, WHITE.filled()))?;
+    }
+    for curve in others {
+        draw_curve(plane, m, curve)?;
+    }
+    for (at, text) in &m.panel.labels {
         let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Center));
-        own.draw_text(text, &style, (x, y))?;
+        own.draw_text(text, &style, place(*at))?;
     }
     Ok(())
 }

@@ -206,14 +206,6 @@ fn plain(c: char) -> (Level, char) {
     index.or_else(exponent).unwrap_or((Level::Line, c))
 }
 
-/// The piece with no-break spaces in place of a blank at its beginning and end.
-fn at_edges(piece: &str) -> String {
-    let (before, after) = (piece.starts_with(' '), piece.len() > 1 && piece.ends_with(' '));
-    let blank = |there: bool| if there { "\u{a0}" } else { "" };
-    let inner = &piece[usize::from(before)..piece.len() - usize::from(after)];
-    format!("{}{inner}{}", blank(before), blank(after))
-}
-
 /// The content of an SVG text in this size.
 pub fn spans(text: &str, size: f64) -> String {
     let mut line = 0.0;
@@ -223,8 +215,10 @@ pub fn spans(text: &str, size: f64) -> String {
         // A shift applies to all following text.
         let shift = below - line;
         line = below;
-        // Some programs drop a blank at the edge of a span.
-        let piece = escaped(&at_edges(&piece));
+        // Some programs drop a blank at the edge of a span, even if it is a no-break space.
+        let at_edge = piece.starts_with(' ') || piece.ends_with(' ');
+        let space = if at_edge { " xml:space=\"preserve\"" } else { "" };
+        let piece = escaped(&piece);
         if level == Level::Line && shift == 0.0 {
             content += &piece;
             continue;
@@ -234,7 +228,7 @@ pub fn spans(text: &str, size: f64) -> String {
         } else {
             format!(" font-size=\"{own_size:.1}\"")
         };
-        content += &format!("<tspan dy=\"{shift:.1}\"{small}>{piece}</tspan>");
+        content += &format!("<tspan dy=\"{shift:.1}\"{small}{space}>{piece}</tspan>");
     }
     content
 }
