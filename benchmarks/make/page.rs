@@ -29,6 +29,8 @@ const MOST_POINTS: usize = 400;
 /// Edges of its axes, px: right, top, bottom. The left one leaves room for the numbers.
 const RIGHT: f64 = WIDTH - 18.0;
 const TOP: f64 = 12.0;
+/// Height of the name above the curve, px.
+const NAME: f64 = 16.0;
 const BOTTOM: f64 = HEIGHT - 34.0;
 /// Width of a letter and length of the line of an event, px.
 const LETTER: f64 = 8.0;
@@ -116,7 +118,11 @@ fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
         });
     let span = if high > low { high - low } else { 1.0 };
     // Small numbers in a unit of their own, such as 10⁻⁶ rad.
-    let thousands = (low.abs().max(high.abs()).max(1e-99).log10() / 3.0).floor() as i32;
+    let largest = low.abs().max(high.abs());
+    let thousands = match largest > 0.0 {
+        true => (largest.log10() / 3.0).floor() as i32,
+        false => 0,
+    };
     let (scale, prefix) = match thousands {
         ..=-2 => (
             10f64.powi(-3 * thousands),
@@ -132,7 +138,7 @@ fn picture(problem: &Problem, samples: &str, events: &str) -> Outcome<String> {
     let letters = labels.iter().map(|label| label.chars().count()).max().unwrap_or(1);
     let left = 14.0 + LETTER * letters as f64;
     let x = |time: f64| left + (RIGHT - left) * (time - first.0) / (last.0 - first.0);
-    let y = |value: f64| BOTTOM - EVENT - (BOTTOM - EVENT - TOP) * (value - low) / span;
+    let y = |value: f64| BOTTOM - EVENT - (BOTTOM - EVENT - TOP - NAME) * (value - low) / span;
     let mut axes = format!("M{left:.1} {TOP}V{BOTTOM}H{RIGHT}");
     let mut texts = String::new();
     for (value, label) in values.iter().zip(labels) {
