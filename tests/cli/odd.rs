@@ -123,7 +123,7 @@ const ODD: &[(&str, &[&str])] = &[
 fn cli_odd_cases_are_computed_as_physics_wants() {
     let folder = Folder::new();
     for (name, settings) in ODD {
-        let mut command = folder.stickslip("run --json -o x.h5");
+        let mut command = folder.stickslip("run --json --force -o x.h5");
         for setting in *settings {
             command.args(["--set", setting]);
         }
@@ -239,7 +239,7 @@ fn cli_odd_kick_that_cannot_matter_does_not_silence_the_warning() {
     for setting in
         "perturbation.0.time=3 perturbation.0.relative_velocity=0 perturbation.0.relative_velocity=1e-300".split(' ')
     {
-        let (_, stderr) = folder.ends(&["run", "--set", setting], 0);
+        let (_, stderr) = folder.ends(&["run", "--force", "--set", setting], 0);
         assert!(stderr.contains("rounding error"), "{setting}: {stderr}");
     }
 }

@@ -124,7 +124,7 @@ fn cli_plot_of_trains_makes_a_page() {
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
     assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
     folder.ok("certify clutch.h5 -q");
-    let document = folder.json("plot clutch.certified.h5 --html page.html");
+    let document = folder.json("plot clutch.certified.h5 --html page.html --force");
     assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
     assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");

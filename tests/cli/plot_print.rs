@@ -105,7 +105,7 @@ fn cli_plot_sets_symbols_and_knows_the_papers_case() {
     let svg = text_of(&folder, "a.svg");
     assert!(svg.contains("T<tspan") && !svg.contains("T_f"), "{svg}");
     for (file, number) in [("paper.h5", true), ("a_b.h5", false)] {
-        folder.ok(&["plot", file, "--only", "15", "-o", "a.svg"]);
+        folder.ok(&["plot", file, "--only", "15", "-o", "a.svg", "--force"]);
         assert_eq!(text_of(&folder, "a.svg").contains("(paper, Fig. 15)"), number, "{file}");
     }
 }

@@ -237,7 +237,7 @@ fn cli_the_command_of_a_point_runs_it() {
             };
             whole += &format!(" --set '{}{value}'", key.strip_prefix("--set ").unwrap());
         }
-        whole += " -q --no-witness -o point.h5";
+        whole += " -q --no-witness --force -o point.h5";
         let status = std::process::Command::new("sh")
             .args(["-c", &whole])
             .current_dir(folder.path(""))

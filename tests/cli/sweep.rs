@@ -85,9 +85,9 @@ fn property_the_file_does_not_depend_on_threads_interruptions_or_time() {
     let folder = Folder::new();
     for (study, title) in [(QUICK, "a quick map"), (crate::shards::SMOOTH, "a smooth belt")] {
         folder.write("map.toml", study);
-        folder.ok("sweep map.toml -j 1 -o one.h5");
+        folder.ok("sweep map.toml -j 1 -o one.h5 --force");
         for jobs in ["2", "7"] {
-            folder.ok(&["sweep", "map.toml", "-j", jobs, "-o", "many.h5"]);
+            folder.ok(&["sweep", "map.toml", "-j", jobs, "-o", "many.h5", "--force"]);
             assert!(
                 folder.read("one.h5") == folder.read("many.h5"),
                 "{title} with {jobs} threads"
@@ -152,8 +152,9 @@ fn cli_what_was_begun_is_neither_lost_nor_mixed_with_another_study() {
     folder.ok("sweep map.toml --force");
     assert!(!folder.path("map.journal").exists());
     folder.refused("sweep other.toml -o map.h5 --resume", &["is the file of another study"]);
-    // Without --resume it is a result of this program, which a new sweep replaces.
-    folder.ok("sweep other.toml -o map.h5");
+    // Without --resume it is the result of another study, which a new sweep replaces by force only.
+    folder.refused("sweep other.toml -o map.h5", "axis.0.to = 30 there, 31 here & --force");
+    folder.ok("sweep other.toml -o map.h5 --force");
 }
 
 #[test]
