@@ -53,7 +53,7 @@ fn cli_a_late_event_of_a_problem_is_an_error_and_has_a_score_elsewhere() {
     assert_eq!(found["score_command"], *command);
     let late = late.to_str().unwrap();
     let text = folder.ok(&["compare", &belt, late, "--quick"][..]);
-    says(&text, &[&format!("score by the rules of the set: {command}")]);
+    says(&text, &[&format!("score it by the rules of the set: {command}\n")]);
     // The events are in a separate file.
     let samples = format!("{belt}/samples.csv");
     let found = compared(&folder, belt.as_ref(), samples.as_ref(), &["--quick", "--events", late]);

@@ -222,7 +222,9 @@ impl Comparison {
                 None => return None,
             },
         };
-        Some(format!("Next: {what}."))
+        // A period would be part of a command.
+        let end = if what.contains(": ") { "" } else { "." };
+        Some(format!("Next: {what}{end}"))
     }
 }
 
