@@ -53,7 +53,7 @@ def test_regression_overrides_of_a_run_are_refused(paper):
 def test_regression_a_file_that_was_replaced_is_not_the_run(belt, tmp_path, monkeypatch):
     path = belt.save(tmp_path / "a.h5")
     opened = stickslip.open(path)
-    stickslip.run("belt-leine", {"output.end_time": 5}).save(path)
+    stickslip.run("belt-leine", {"output.end_time": 5}).save(path, replace=True)
     for use in (lambda: stickslip.certify(opened), lambda: stickslip.compare(opened, belt)):
         with pytest.raises(stickslip.FileError, match="open it again"):
             use()

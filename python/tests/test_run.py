@@ -443,7 +443,7 @@ def test_property_pickled_runs_are_the_run(tmp_path):
     opened = stickslip.open(made.save(tmp_path / "run.h5"))
     pickled = pickle.dumps(opened)
     assert len(pickled) < 1000 and pickle.loads(pickled).path == opened.path
-    few.save(tmp_path / "run.h5")
+    few.save(tmp_path / "run.h5", replace=True)
     with pytest.raises(stickslip.FileError, match="open it again"):
         pickle.loads(pickled)
 

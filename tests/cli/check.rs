@@ -32,10 +32,10 @@ fn wrong(folder: &Folder, name: &str) -> Vec<(String, String)> {
 fn cli_every_run_passes() {
     let folder = Folder::new();
     for method in ["arkode", "series", "paper"] {
-        folder.ok(&["run", "--method", method, "-o", "run.h5", "-q"]);
+        folder.ok(&["run", "--force", "--method", method, "-o", "run.h5", "-q"]);
         sound(&folder, "run.h5");
     }
-    folder.ok("run release -o run.h5 -q --set output.steps=true");
+    folder.ok("run release -o run.h5 -q --force --set output.steps=true");
     sound(&folder, "run.h5");
     let end = ["--set", "solver.max_events=20"];
     folder.ends(&["run", "-o", "some.h5", "-q", end[0], end[1]], 1);

@@ -246,7 +246,15 @@ fn regression_points_are_the_single_runs_of_their_cases() {
         .iter()
         .map(|(key, value)| format!("[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"))
         .collect();
-    let mut single = vec!["run", "groan", "--json", "--no-witness", "--method", "series"];
+    let mut single = vec![
+        "run",
+        "groan",
+        "--force",
+        "--json",
+        "--no-witness",
+        "--method",
+        "series",
+    ];
     let mut sets = vec![
         "output.end_time=1".to_owned(),
         "initial.rotor_speed=[0.1, 0.1]".to_owned(),
