@@ -31,6 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         resolved: case.resolved(),
         events: Vec::new(),
         meta: Vec::new(),
+        asked: None,
+        changed: Vec::new(),
         extension: Extension::default(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
