@@ -25,6 +25,8 @@ fn write(path: &Path, case: &Case) {
         resolved: case.resolved(),
         meta: Vec::new(),
         events: Vec::new(),
+        asked: None,
+        changed: Vec::new(),
         extension: Default::default(),
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
