@@ -59,8 +59,9 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     sweep(folder, "one")
     by_dask(folder)
-    # As root, and with more ranks than processors.
-    allowed = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    # As root, and with more ranks than processors: by Open MPI 4, and by 5, which has a launcher of its own.
+    allowed = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+               "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}
     command = ["mpirun", "-n", "3", sys.executable, "-m", "mpi4py.futures", __file__, str(folder), "mpi"]
     subprocess.run(command, env={**os.environ, **allowed}, check=True, timeout=600)
     for name in NAMES:
