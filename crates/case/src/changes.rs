@@ -2,7 +2,7 @@
 
 use super::document::{self, CaseValue, Override, PlacedValue};
 use super::{CaseSource, Words, written};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 
 /// A key with its values in two texts; `None` where a text does not set it.
@@ -34,6 +34,9 @@ const WITHOUT_EFFECT: &str = "solver.max_wall_time";
 /// Keys whose values differ between two texts of cases or studies, in the order of `here`, then those that only
 /// `there` has. A text that is not TOML has no keys. Units are those of the case `here`.
 pub fn differences(there: &str, here: &str) -> Vec<Difference> {
+    if there == here {
+        return Vec::new();
+    }
     let words = Words::of(&CaseSource::text(here), &[]);
     let [before, after] = [there, here].map(|text| {
         let mut leaves = Vec::new();
@@ -42,20 +45,23 @@ pub fn differences(there: &str, here: &str) -> Vec<Difference> {
         }
         leaves
     });
-    let value = |leaves: &[(String, CaseValue)], key: &str| {
-        let found = leaves.iter().find(|(path, _)| path == key);
-        found.map(|(_, value)| in_words(key, value, words))
-    };
+    let [there, here] = [&before, &after].map(|leaves| by_key(leaves));
+    let value = |leaves: &HashMap<&str, &CaseValue>, key: &str| leaves.get(key).map(|value| in_words(key, value, words));
     let mut seen = BTreeSet::new();
     let keys = after.iter().chain(&before).map(|(key, _)| key);
     keys.filter(|key| *key != WITHOUT_EFFECT && seen.insert(*key))
         .map(|key| Difference {
             key: key.clone(),
-            there: value(&before, key),
-            here: value(&after, key),
+            there: value(&there, key),
+            here: value(&here, key),
         })
         .filter(|difference| difference.there != difference.here)
         .collect()
+}
+
+/// A table of a signal may have many thousand leaves.
+fn by_key(leaves: &[(String, CaseValue)]) -> HashMap<&str, &CaseValue> {
+    leaves.iter().map(|(key, value)| (key.as_str(), value)).collect()
 }
 
 fn flatten(node: &PlacedValue, path: &str, leaves: &mut Vec<(String, CaseValue)>) {

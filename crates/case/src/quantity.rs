@@ -12,7 +12,7 @@ use num_rational::BigRational;
 use num_traits::{One, Pow, ToPrimitive, Zero};
 use std::cell::RefCell;
 use std::collections::HashMap;
-use stickslip_system::quote::quoted;
+use stickslip_system::quote::{quoted, shown};
 
 macro_rules! dimensions {
     ($($(#[$about:meta])* $dimension:ident: $unit:literal, $name:literal, $example:literal;)*) => {
@@ -494,6 +494,7 @@ pub fn decimal_comma(text: &str) -> Option<String> {
     let after = rest.strip_prefix(',')?;
     let digits = after.bytes().take_while(u8::is_ascii_digit).count();
     let (fraction, unit) = after.split_at(digits);
+    let unit = shown(unit);
     let is_plain = number
         .bytes()
         .all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-'));

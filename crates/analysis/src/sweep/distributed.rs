@@ -194,7 +194,7 @@ fn one_of() -> String {
     format!("one of \"{}\"", NAMES.join("\", \""))
 }
 
-/// The values in the column of a key, or else in the first column, of a CSV file with or without a header; sorted.
+/// The values in the first column of a CSV file with or without a header, sorted. `keys` give their unit.
 fn read_values(path: &Path, keys: &[Slot]) -> Result<Vec<f64>, String> {
     let file = path.display();
     let opened = std::fs::File::open(path).map_err(|error| {

@@ -205,7 +205,7 @@ impl<'a> Rows<'a> {
 
     /// Checks that times increase. If they are rounded, rows that repeat a time are dropped. Otherwise the first and the
     /// last row of one time are the states before and after an event: if they differ, the first one is moved to the
-    /// double below the time, so that times increase.
+    /// double below the time, so that times increase. The state before an event at the very start is left out.
     fn check_times(&mut self, times: &mut Vec<f64>) -> Result<(), CompareError> {
         let Some(&first) = times.first() else {
             return Ok(());
@@ -220,6 +220,7 @@ impl<'a> Rows<'a> {
             return Ok(());
         }
         let repeats = self.clock.rounding.is_some_and(Rounding::repeats);
+        let too_few = if repeats { None } else { too_few_digits(&self.raw[0]) };
         let mut kept: Vec<(usize, f64)> = Vec::with_capacity(times.len());
         let mut row = 0;
         while row < times.len() {
@@ -236,7 +237,7 @@ impl<'a> Rows<'a> {
             }
             if !repeats {
                 if (count > 1 || time == self.last)
-                    && let Some((digits, repeated)) = too_few_digits(&self.raw[0])
+                    && let Some((digits, repeated)) = too_few
                 {
                     let what = format!(
                         "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
@@ -253,7 +254,8 @@ impl<'a> Rows<'a> {
                     true => (None, time.next_up()),
                     false => (differ.then(|| time.next_down()), time),
                 };
-                kept.extend(left.filter(|left| *left > before).map(|left| (row, left)));
+                let is_between = |left: &f64| before.is_finite() && *left > before;
+                kept.extend(left.filter(is_between).map(|left| (row, left)));
                 kept.extend((right > before).then_some((end, right)));
             }
             self.last = time;
