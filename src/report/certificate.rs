@@ -82,14 +82,10 @@ fn main_numbers(c: &Certificate, found: Option<&Sensitivities>) -> PageTable {
         format!("{growth:.2}{kick}")
     });
     let most = found.and_then(|found| {
-        // Exact parameters have no last digit, so that the effect of the whole value decides.
+        // Of the whole value: exact parameters have no last digit.
         let effect = |row: &Sensitivity| row.slope.map_or(0.0, |slope| (slope * row.parameter.value).abs());
-        let order = |a: &&Sensitivity, b: &&Sensitivity| {
-            a.largest()
-                .total_cmp(&b.largest())
-                .then(effect(a).total_cmp(&effect(b)))
-        };
-        let row = found.rows.iter().max_by(order)?;
+        let order = |a: &&Sensitivity, b: &&Sensitivity| effect(a).total_cmp(&effect(b));
+        let row = found.rows.iter().filter(|row| effect(row) > 0.0).max_by(order)?;
         let slope = significant(3).print(row.slope?);
         let (path, unit) = (&row.parameter.path, row.parameter.unit);
         let per = if unit == "1" { "unit" } else { unit };
