@@ -425,7 +425,7 @@ fn cli_certify_by_the_oracle_where_it_can() {
     assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
     says(
         &stdout,
-        "by the exact solver & converged: every event within & friction.breakaway",
+        "by the exact solver & converged: every event within & strongest parameter & stator.stiffness moves the period",
     );
     says(
         &folder.ok("certify belt-leine -v"),
