@@ -46,7 +46,8 @@ pub fn differences(there: &str, here: &str) -> Vec<Difference> {
         leaves
     });
     let [there, here] = [&before, &after].map(|leaves| by_key(leaves));
-    let value = |leaves: &HashMap<&str, &CaseValue>, key: &str| leaves.get(key).map(|value| in_words(key, value, words));
+    let value =
+        |leaves: &HashMap<&str, &CaseValue>, key: &str| leaves.get(key).map(|value| in_words(key, value, words));
     let mut seen = BTreeSet::new();
     let keys = after.iter().chain(&before).map(|(key, _)| key);
     keys.filter(|key| *key != WITHOUT_EFFECT && seen.insert(*key))
