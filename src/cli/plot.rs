@@ -640,7 +640,7 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
     Ok(figures.iter().enumerate().flat_map(of_figure).collect())
 }
 
-/// Longest name of the files in that of a figure.
+/// Longest part of a figure's name that its files' names make up, bytes.
 const LONGEST_STEM: usize = 80;
 
 /// The file name of a figure, without extension: the names of its files, then its own, with hyphens. A figure whose

@@ -31,7 +31,7 @@ pub(super) enum BarKind {
 /// Progress bar of a command, with the flag that stops the command.
 pub(super) struct Bar {
     bar: ProgressBar,
-    /// Where the bar is drawn, and from when on; taken when it is.
+    /// Terminal of the bar, and the time of its first drawing; `None` as soon as it is drawn.
     target: Mutex<Option<(ProgressDrawTarget, Instant)>>,
     shown: BarKind,
     stop: Arc<AtomicBool>,
@@ -100,7 +100,7 @@ impl Watch for Bar {
     }
 }
 
-/// Where a bar is drawn, after how much time; `None` if there is to be none.
+/// Terminal and delay of a bar; `None` without a bar.
 fn target(common: &Common) -> Option<(ProgressDrawTarget, Duration)> {
     let terminal = std::io::stderr().is_terminal();
     let shown = match common.progress {

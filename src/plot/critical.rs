@@ -111,7 +111,7 @@ fn of_the_papers_case(file: &StudyFile) -> bool {
 const LABEL: (f64, f64) = (0.13, 0.09);
 /// Number of places along a contour that are tried, less one.
 const PLACES: usize = 40;
-/// Of a contour's points every so many are looked at.
+/// One of this many points of a contour is compared with a label.
 const STEP: usize = 4;
 
 /// A label for each contour, on its longest line, one after the other along the lines, so that they are in order, with

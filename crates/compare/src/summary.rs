@@ -228,7 +228,7 @@ impl Comparison {
     }
 }
 
-/// What to do about a cause.
+/// Advice for each cause.
 fn advice(cause: CauseKind) -> &'static str {
     match cause {
         CauseKind::WrongUnits => "name the unit of the column (--column NAME=COLUMN:UNIT)",

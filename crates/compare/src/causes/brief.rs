@@ -10,7 +10,7 @@ use crate::summary::seconds;
 const NAMED: f64 = 1e-6;
 /// Two kicks whose sizes differ by less than this part act on other surfaces.
 const SAME: f64 = 0.01;
-/// A number below this part of the one beside it is zero.
+/// A number below this fraction of the other one is printed as 0.
 const ROUNDING: f64 = 1e-9;
 /// Most initial values that are named.
 const MOST: usize = 2;
@@ -41,7 +41,7 @@ impl Search<'_> {
         }
     }
 
-    /// What the reference's run with the cause has, behind "with".
+    /// Events that the reference's run with the cause reproduces, after the word "with".
     fn brief_outcome(&self, tried: &Tried) -> String {
         let (evidence, judged) = (self.evidence, &tried.judged);
         let events = evidence.compared_events();
