@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Evaluate the dense output of a result file: any channel at any time, here the highest torque and when it occurs.
 
-    stickslip run paper --set output.dense=true
-    python examples/dense.py paper.h5
+    stickslip run paper --set output.dense=true -o dense.h5
+    python examples/dense.py dense.h5
 
 Needs NumPy and h5py.
 """

@@ -41,8 +41,8 @@ const COMMANDS: &[CommandHelp] = &[
         &[
             ("run", "the built-in case paper"),
             ("run mine.toml -o mine.h5", "a case of your own"),
-            ("run --rtol 1e-12 --end-time 7.1", "shorter and more accurate"),
-            ("run paper-si --set friction.decay=4", "a case with another parameter"),
+            ("run --rtol 1e-12 --end-time 7.1 -o a.h5", "shorter, more accurate"),
+            ("run paper-si --set friction.decay=4", "with another parameter"),
         ],
         &[
             ("CASE.h5", "The result, if -o gives no other name."),
@@ -135,8 +135,8 @@ const COMMANDS: &[CommandHelp] = &[
     help(
         "cycle",
         &[
-            ("cycle belt-leine", "the cycle a run ends in"),
-            ("cycle belt-leine --set rotor.speed=0.3", "with another parameter"),
+            ("cycle belt-leine", "the run's final cycle"),
+            ("cycle belt-exponential --set rotor.speed=0.3", "another speed"),
         ],
         &[("CASE.cycle.h5", "One period of the cycle, with its multipliers.")],
     ),
