@@ -116,7 +116,7 @@ impl ListedKey {
         all.any(|one| one.to_lowercase().contains(&text.to_lowercase()))
     }
 
-    /// Type and unit in words; of many words the first ones.
+    /// Type and unit in words; the first ones if there are many.
     pub fn type_and_unit(&self, most_words: usize) -> String {
         if !self.words.is_empty() {
             let shown = self
@@ -147,7 +147,7 @@ impl ListedKey {
     }
 }
 
-/// Words of a key on a terminal.
+/// Words of a key in a table of several keys. A single key shows all.
 const MOST_WORDS: usize = 6;
 
 /// Keys by file.
@@ -159,10 +159,11 @@ impl Report for Vec<ListedKey> {
                 groups.push(&key.of);
             }
         }
+        let most_words = if self.len() == 1 { usize::MAX } else { MOST_WORDS };
         let tables = groups.into_iter().map(|group| {
             PageTable::of(self.iter().filter(|key| key.of == group))
                 .text("key", |key| &key.key)
-                .text("unit or type", |key| key.type_and_unit(MOST_WORDS))
+                .text("unit or type", |key| key.type_and_unit(most_words))
                 .text("default", |key| &key.default)
                 .text("meaning", |key| &key.meaning)
                 .done()

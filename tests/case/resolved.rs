@@ -57,7 +57,7 @@ damping = 22.59696580552334 # c_t, torsional contact damping of each disk [N m s
 
 [contact]
 radius = 0.0523875 # r, effective friction radius [m]
-breakaway_test = "transmitted" # the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone
+breakaway_test = "transmitted" # the torque that is compared with mu_0 r F_n: T_f, or the paper's T_s or T_r alone
 
 [friction]
 breakaway = 0.6 # mu_0, friction coefficient at rest; at least low_speed

@@ -235,7 +235,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
         &["noise-determined", "Set a perturbation"],
     );
     fails(
-        &certify("paper-si", &["--set", "solver.max_events=3"]),
+        &certify("paper-si", &["--set", "solver.max_events=3", "--force"]),
         1,
         &["event budget", "solver.max_events"],
     );

@@ -347,7 +347,6 @@ fn cli_malformed_candidates_are_refused_with_place_and_remedy() {
         ("nan.csv", line(3, "0.1,nan"), &["row 1", "relative_velocity", "NaN"]),
         ("words.csv", line(4, "0.2,fast"), &["line 4", "fast", "1.5e-3"]),
         ("decreasing.csv", line(4, "0.05,0.8"), &["row 2", "0.05", "0.1", "sort"]),
-        ("doubled.csv", line(4, "0.1,0.8"), &["row 2", "twice", "keep one"]),
         (
             "no-time.csv",
             line(1, "a,relative_velocity"),

@@ -339,7 +339,7 @@ fn cli_export_benchmark_is_a_package() {
     assert_eq!(damping["value"], 22.59696580552334);
     let equations = read("equations.md");
     assert!(equations.contains("rotor surface  J phi_2''"));
-    sections_of_the_manual(&equations, &["## Equations", "## Friction laws"]);
+    sections_of_the_manual(&equations, &["## The brake", "## Friction laws"]);
     // The script solves the system in either form of the case.
     let case = Case::read(&CaseSource::text(&file.resolved().unwrap()), &[]).unwrap();
     folder.write("general.toml", case.in_general_form().resolved());

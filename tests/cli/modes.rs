@@ -158,7 +158,7 @@ fn cli_modes_of_trains() {
     assert!(!table.contains("rad"), "{table}");
     let changed = folder.ok("modes belt-exponential --set rotor.speed=0.5");
     assert!(changed.contains("stability          stable"), "{changed}");
-    let turning = folder.ok("modes drill-string");
+    let turning = folder.ok("modes drill-string -v");
     assert!(turning.contains("rad/s") && turning.contains("N m"), "{turning}");
     let clutch = folder.ok("modes clutch");
     assert!(clutch.contains("not steady"), "{clutch}");

@@ -142,7 +142,10 @@ fn cli_shards_that_make_no_whole_are_refused() {
     let stderr = refusal(&mut merge(&folder, &three, &["-o", "no.h5", "--virtual"]));
     says(&stderr, &["--virtual is gone", "merge copies"]);
     refused(&[&"absent.h5".to_owned()], &["absent.h5: no such file"]);
-    refused(&[&"map.toml".to_owned()], &["map.toml: not an HDF5 file"]);
+    refused(
+        &[&"map.toml".to_owned()],
+        &["map.toml: a study, not a result", "stickslip sweep map.toml"],
+    );
     folder.ok("sweep map.toml");
     refused(&[&"map.h5".to_owned()], &["map.h5: not the file of a shard"]);
     // A shard is not a complete study, either.

@@ -178,7 +178,7 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
         from = 10 | from = -10 | bad.toml:11: axis.0.from: must not be negative
         values = [0.3, 0.45, 0.7] | values = [] | bad.toml:17: axis.1.values: an axis without values
         values = [0.3, 0.45, 0.7] | values = [0.3, 0.3] | bad.toml:17: axis.1.values.1: 0.3 stands twice
-        values = ["arkode", "erk"] | values = ["arkode", "ekr"] | bad.toml:21: axis.2.values.1: expected one of
+        values = ["arkode", "erk"] | values = ["arkode", "ekr"] | bad.toml:21: axis.2.values.1: there is no "ekr" & did you mean "erk"?
         key = ["friction.low_speed", "friction.high_speed"] | key = ["friction.low_speed", "friction.low_speed"] |
             friction.low_speed stands on two axes
         case = "paper" | case = "papr" | bad.toml:3: case: there is no built-in case "papr" (did you mean paper?)

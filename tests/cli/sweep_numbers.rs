@@ -271,7 +271,7 @@ fn regression_points_are_the_single_runs_of_their_cases() {
     folder.ok("run mine.toml -q --set output.end_time=0.01 -o done.h5");
     for case in ["groan", "mine.toml", "done.h5"] {
         folder.write("study.toml", format!("case = \"{case}\"\n{base}{axes}"));
-        folder.json("sweep study.toml");
+        folder.json("sweep study.toml --force");
         let file = folder.sweep_file("study.h5");
         for (name, expected) in [
             ("stick_count", &summary["sticks"]),
@@ -355,7 +355,7 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     assert_eq!(numbers("attractor_sticks"), [2.0, 1.0, -1.0]);
     assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("rad"));
     assert_eq!(numbers("stick_count")[2], 0.0);
-    let stdout = folder.ok("run groan --json --no-witness --set rotor.speed=0.5 --set output.end_time=6");
+    let stdout = folder.ok("run groan --json --no-witness --set rotor.speed=0.5 --set output.end_time=6 -o single.h5");
     let single = &json(&stdout)["summary"]["outcome"];
     // The distance of each run from its periodic motion is given: less than 1e-4 of the motion.
     for (name, other) in [

@@ -49,12 +49,12 @@ fn differences(a: &Path, b: &Path) -> Result<usize, Box<dyn Error>> {
 /// A brake and a system in the general form, whose states differ, with pieces of dense output between the samples.
 #[test]
 fn results_kept_rows_make_the_same_file() -> Outcome {
-    let folder = tempfile::tempdir()?;
     for (name, settings) in [
         ("paper-si", &[][..]),
         ("paper-si", &["output.dense=true", "output.end_time=0.05"]),
         ("belt-leine", &["output.end_time=30", "output.dense=true"]),
     ] {
+        let folder = tempfile::tempdir()?;
         let case = case(name, settings)?;
         let (kept_file, recorded_file) = (folder.path().join("kept.h5"), folder.path().join("recorded.h5"));
         let kept = kept(&case, false, true);

@@ -1,7 +1,7 @@
 //! What distinguishes one case from another, in words: differences between two texts, and overrides with their units.
 
 use super::document::{self, CaseValue, Override, PlacedValue};
-use super::{CaseSource, Words, written};
+use super::{CaseSource, Words, quantity, written};
 use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 
@@ -45,18 +45,24 @@ pub fn differences(there: &str, here: &str) -> Vec<Difference> {
         }
         leaves
     });
-    let [there, here] = [&before, &after].map(|leaves| by_key(leaves));
-    let value =
-        |leaves: &HashMap<&str, &CaseValue>, key: &str| leaves.get(key).map(|value| in_words(key, value, words));
+    let [before_by_key, after_by_key] = [&before, &after].map(|leaves| by_key(leaves));
     let mut seen = BTreeSet::new();
     let keys = after.iter().chain(&before).map(|(key, _)| key);
     keys.filter(|key| *key != WITHOUT_EFFECT && seen.insert(*key))
-        .map(|key| Difference {
-            key: key.clone(),
-            there: value(&there, key),
-            here: value(&here, key),
+        .filter_map(|key| {
+            let values = [&before_by_key, &after_by_key].map(|leaves| leaves.get(key.as_str()).copied());
+            let numbers = values.map(|value| value.and_then(|value| number(key, value, words)));
+            let [there, here] = values.map(|value| value.map(|value| in_words(key, value, words)));
+            let is_same = match numbers {
+                [Some(there), Some(here)] => there == here,
+                _ => there == here,
+            };
+            (!is_same).then(|| Difference {
+                key: key.clone(),
+                there,
+                here,
+            })
         })
-        .filter(|difference| difference.there != difference.here)
         .collect()
 }
 
@@ -95,6 +101,16 @@ pub fn changed(source: &CaseSource, overrides: &[Override]) -> Vec<String> {
         format!("{key} = {}", in_words(key, change.set_value(), words))
     })
     .collect()
+}
+
+/// A number in SI, also one that is written with a unit.
+fn number(key: &str, value: &CaseValue, words: Words) -> Option<f64> {
+    match value {
+        CaseValue::Integer(number) => Some(*number as f64),
+        CaseValue::Float(number) => Some(*number),
+        CaseValue::Text(text) => quantity::parse(text, written::dimension(key, words)?).ok(),
+        _ => None,
+    }
 }
 
 /// A value with the unit of its key, if it is a number; a text without its quotes.

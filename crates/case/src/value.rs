@@ -98,8 +98,11 @@ pub(super) fn choice(value: &CaseValue, names: &[&'static str]) -> Result<&'stat
         _ if names.len() <= MOST_LISTED => format!("one of \"{}\"", names.join("\", \"")),
         _ => {
             let (first, rest) = names.split_at(MOST_LISTED);
-            let (first, last) = (first.join("\", \""), rest.last().unwrap_or(&""));
-            format!("one of \"{first}\" and {} more, such as \"{last}\"", rest.len())
+            let first = first.join("\", \"");
+            format!(
+                "one of \"{first}\" and {} more (`stickslip case --keys KEY` lists them)",
+                rest.len()
+            )
         }
     };
     let CaseValue::Text(text) = value else {

@@ -90,7 +90,7 @@ pub(super) fn equations(about: &About) -> String {
              `axial` numbers, F_n = max(0, -c_a z' - k_e z) with m z'' + c_a z' + k_e z = -F(t).".to_owned(),
         );
     } else {
-        parts.push(section(MODEL, "## Equations"));
+        parts.push(section(MODEL, "## The brake"));
     }
     parts.push(section(MODEL, "## Friction laws"));
     parts.push(TRANSITIONS.replace("|T_f|", "\\|T_f\\|"));
