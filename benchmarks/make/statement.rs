@@ -186,6 +186,7 @@ fn signal(drive: &Drive) -> Value {
             "angular_frequency": match wave.frequency {
                 Frequency::Angular(omega) => omega,
                 Frequency::Cycles(frequency) => std::f64::consts::TAU * frequency,
+                Frequency::Sweep { .. } => unreachable!("no problem has a chirp"),
             },
             "phase": wave.phase,
         }),

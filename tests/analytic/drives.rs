@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
 use proptest::prelude::*;
 use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, TimeTable, Timeline, Wave};
 
@@ -109,6 +111,21 @@ fn analytic_a_number_goes_by_the_path_of_its_key() {
             0.0,
         ))]),
     ]);
+    let mut of_chirp = Vec::new();
+    let same = chirp(SWEEPS[0]).try_map(|path, value| {
+        of_chirp.push(path.to_owned());
+        Ok::<f64, ()>(*value)
+    });
+    assert_eq!(same.unwrap(), chirp(SWEEPS[0]));
+    let keys = [
+        "mean",
+        "amplitude",
+        "start_frequency",
+        "end_frequency",
+        "duration",
+        "phase",
+    ];
+    assert_eq!(of_chirp, keys);
     let mut paths = Vec::new();
     let same = drive.try_map(|path, value| {
         paths.push(path.to_owned());
@@ -134,10 +151,140 @@ fn analytic_a_number_goes_by_the_path_of_its_key() {
         .unwrap();
 }
 
+/// Frequencies at the start and end of a sweep, Hz, and its duration, s.
+const SWEEPS: [(f64, f64, f64); 6] = [
+    (0.7, 41.3, 3.1),
+    (41.3, 0.7, 3.1),
+    (1e-3, 250.0, 0.3),
+    (1e-3, 12.0, 0.02),
+    (7.0, 7.000001, 11.0),
+    (300.0, 900.0, 60.0),
+];
+
+fn chirp((start, end, duration): (f64, f64, f64)) -> Drive {
+    let frequency = Frequency::Sweep { start, end, duration };
+    Drive::Wave(Wave {
+        mean: 0.25,
+        ..wave(HarmonicShape::Sine, 3.0, frequency, 0.4)
+    })
+}
+
+/// The turns of a chirp in exact arithmetic, less the whole ones, and the frequency (Hz).
+fn exact_turns((start, end, duration): (f64, f64, f64), t: f64) -> (f64, f64) {
+    let [start, end, duration, t] = [start, end, duration, t].map(|x| BigRational::from_float(x).unwrap());
+    let two = BigRational::from_integer(2.into());
+    let slope = (&end - &start) / &duration;
+    let (turns, frequency) = if t < duration {
+        (&t * (&start + &slope * &t / two), &start + slope * &t)
+    } else {
+        (&end * &t - &slope * &duration * &duration / two, end)
+    };
+    let rest = &turns - turns.round();
+    (rest.to_f64().unwrap(), frequency.to_f64().unwrap())
+}
+
+#[test]
+fn analytic_chirps_are_sines_of_the_exact_turns() {
+    for sweep in SWEEPS {
+        let drive = chirp(sweep);
+        let timeline = Timeline::new(&[&drive]);
+        let (start, end, duration) = sweep;
+        assert_eq!(timeline.corners(), [duration]);
+        assert_eq!([0, 1].map(|k| timeline.fastest(k)), [TAU * start.max(end), TAU * end]);
+        for share in [0.0, 0.1, 0.37, 0.5, 0.99, 1.0, 1.7, 12.3, 1e3, 1e7] {
+            let t = share * duration;
+            let stretch = timeline.stretch(t);
+            let (turns, frequency) = exact_turns(sweep, t);
+            let (sine, cosine) = (TAU * turns + 0.4).sin_cos();
+            let (value, slope) = (timeline.value(0, stretch, t), timeline.slope(0, stretch, t));
+            assert!((value - 0.25 - 3.0 * sine).abs() < 8e-15, "{sweep:?} at {t}");
+            let scale = 3.0 * TAU * frequency;
+            assert!((slope - scale * cosine).abs() < 4e-15 * scale, "{sweep:?} at {t}");
+        }
+        // No jump at the end of the sweep.
+        assert_eq!(timeline.value(0, 0, duration), timeline.value(0, 1, duration));
+        let slopes = [0, 1].map(|stretch| timeline.slope(0, stretch, duration));
+        assert_eq!(slopes[0], slopes[1]);
+    }
+}
+
+/// sin(phi0 + omega tau + a tau^2/2) is the product of the series of both exponentials.
+#[test]
+fn analytic_series_of_chirps_are_products_of_exponentials() {
+    for sweep in SWEEPS {
+        let (start, end, duration) = sweep;
+        let timeline = Timeline::new(&[&chirp(sweep)]);
+        for share in [0.0, 0.2, 0.9, 1.0, 2.0] {
+            let t = share * duration;
+            let stretch = timeline.stretch(t);
+            let (turns, frequency) = exact_turns(sweep, t);
+            let acceleration = if stretch == 0 {
+                TAU * (end - start) / duration
+            } else {
+                0.0
+            };
+            let unit = 0.7 / (TAU * start.max(end)).max(acceleration.abs().sqrt());
+            let (a, b) = (TAU * frequency * unit, acceleration * unit * unit / 2.0);
+            let mut found = [0.0; 20];
+            timeline.series(0, stretch, t, unit, &mut found);
+            for (n, found) in found.into_iter().enumerate() {
+                // Over k: a^(n-2k) b^k i^(n-k) / ((n-2k)! k!).
+                let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
+                let (mut exact, mut size) = (if n == 0 { 0.25 } else { 0.0 }, 0.0);
+                for k in 0..=n / 2 {
+                    let term =
+                        3.0 * a.powi((n - 2 * k) as i32) * b.powi(k as i32) / factorial(n - 2 * k) / factorial(k);
+                    exact += term * (TAU * turns + 0.4 + FRAC_PI_2 * (n - k) as f64).sin();
+                    size += term.abs();
+                }
+                assert!(
+                    (found - exact).abs() <= 2e-14 * size + f64::EPSILON,
+                    "{sweep:?} at {t}: {n}"
+                );
+            }
+        }
+    }
+}
+
+/// Fresnel's integrals against quadratures of the values.
+#[test]
+fn analytic_integrals_of_chirps_are_quadratures() {
+    for sweep in &SWEEPS[..5] {
+        let &(start, end, duration) = sweep;
+        let timeline = Timeline::new(&[&chirp(*sweep)]);
+        let panel = 0.1 / (TAU * start.max(end));
+        let mut sum = 0.0;
+        for k in 0..40 {
+            let [from, to] = [k, k + 1].map(|k| f64::from(k) * duration / 32.0);
+            let stretch = timeline.stretch(from);
+            // The error of a panel of 0.1 rad is below rounding.
+            let count = ((to - from) / panel).ceil();
+            let width = (to - from) / count;
+            let parts = (0..count as usize).map(|j| {
+                let left = from + j as f64 * width;
+                quadrature(left, left + width, |t| timeline.value(0, stretch, t))
+            });
+            let part: f64 = parts.sum();
+            sum += part;
+            let scale = 3.0 * duration;
+            let found = timeline.integral_from(0, stretch, from, to - from);
+            assert!((found - part).abs() < 2e-14 * scale, "{sweep:?}: {k}: {found} {part}");
+            let found = timeline.integral(0, to);
+            assert!((found - sum).abs() < 1e-13 * scale, "{sweep:?}: {to}: {found} {sum}");
+        }
+    }
+}
+
 fn any_wave() -> impl Strategy<Value = Drive> {
-    let frequency = (any::<bool>(), 0.1..5.0f64).prop_map(|(cycles, frequency)| match cycles {
-        true => Frequency::Cycles(frequency),
-        false => Frequency::Angular(frequency),
+    let frequency = (0..3, 0.1..5.0f64, 0.1..5.0f64, 0.3..5.0f64);
+    let frequency = frequency.prop_map(|(kind, frequency, end, duration)| match kind {
+        0 => Frequency::Cycles(frequency),
+        1 => Frequency::Angular(frequency),
+        _ => Frequency::Sweep {
+            start: frequency,
+            end,
+            duration,
+        },
     });
     let window = (0.0..2.0f64, 0.1..3.0f64, any::<bool>(), any::<bool>());
     (
@@ -214,11 +361,14 @@ proptest! {
             timeline.series(index, stretch, t, 0.05, &mut series);
             for tau in [-0.05, 0.02, 0.05f64] {
                 let sum: f64 = (0..24).map(|n| series[n] * (tau / 0.05).powi(n as i32)).sum();
-                // Frequencies are at most 31 rad/s, so that the first omitted term is 1.6^24/24! of 18, 2e-18. The
+                // Frequencies are at most 31 rad/s, and change by at most 100 rad/s^2, so that the first omitted term
+                // is below 1.8^24/24! of 18, 4e-17. The
                 // rest is rounding of values up to some 30, and of arguments up to 200.
                 prop_assert!((sum - timeline.value(index, stretch, t + tau)).abs() < 1e-12);
             }
             prop_assert!((series[1] / 0.05 - timeline.slope(index, stretch, t)).abs() < 1e-11);
+            let bound = timeline.amplitude(index, stretch, 2) * (1.0 + 1e-12) + 1e-12;
+            prop_assert!((2.0 * series[2] / 0.05f64.powi(2)).abs() <= bound);
             prop_assert!(timeline.value(index, stretch, t).abs() <= drive.largest() * (1.0 + 1e-14));
 
             let mut integral = 0.0;

@@ -620,6 +620,37 @@ fn case_trains_one_thing_presses() {
 }
 
 #[test]
+fn case_trains_a_chirp_is_read_and_written() {
+    let sine = "{ profile = \"sine\", amplitude = 3.0, frequency = \"5 Hz\", from = 1.0, to = 4.0 }";
+    let chirp = "{ profile = \"chirp\", amplitude = 3.0, start_frequency = 2, end_frequency = \"5 Hz\", duration = \"30 s\", mean = 1, phase = 0.5 }";
+    let case = Case::read(&source(&VALID.replace(sine, chirp)), &[]).unwrap();
+    let Drive::Wave(wave) = &case.system.rotor.torque.as_ref().unwrap().signal else {
+        panic!();
+    };
+    let sweep = Frequency::Sweep {
+        start: 2.0,
+        end: 5.0,
+        duration: 30.0,
+    };
+    assert_eq!(
+        (wave.frequency, wave.mean, wave.amplitude, wave.phase),
+        (sweep, 1.0, 3.0, 0.5)
+    );
+    // Written and read again, and changed by its keys.
+    let again = Case::read(&source(&case.resolved()), &[]).unwrap();
+    assert_eq!(again.system.rotor, case.system.rotor);
+    let changed = Case::read(
+        &source(&VALID.replace(sine, chirp)),
+        &parsed(&["rotor.torque.end_frequency=7"]),
+    )
+    .unwrap();
+    let Drive::Wave(wave) = &changed.system.rotor.torque.as_ref().unwrap().signal else {
+        panic!();
+    };
+    assert!(matches!(wave.frequency, Frequency::Sweep { end: 7.0, .. }));
+}
+
+#[test]
 fn case_trains_signals_are_checked_in_every_part() {
     insta::assert_snapshot!(refused(VALID, "time = [0.0, 1.0]", "time = [1.0, 0.0]"), @r#"drive.toml:19: contact.normal_force.signals.1.time.1: times must increase: 0.0 s follows 1.0 s"#);
     insta::assert_snapshot!(refused(VALID, "time = [0.0, 1.0]", "time = [0.0]"), @r#"drive.toml:19: contact.normal_force.signals.1.value: must be as long as contact.normal_force.signals.1.time: 2 values for 1 times"#);

@@ -628,3 +628,50 @@ fn cli_run_leaves_a_long_witness_out() {
     assert_eq!(given_up.testimony, Testimony::LeftOut);
     assert_eq!(given_up.statement, said["statement"].as_str().unwrap());
 }
+
+#[test]
+fn cli_a_chirp_runs_and_wrong_ones_are_refused() {
+    const CHIRP: &str =
+        "profile=\"chirp\", amplitude=9, start_frequency=\"0.1 Hz\", end_frequency=0.4, duration=\"20 s\"";
+    let folder = Folder::new();
+    let set = |signal: &str| format!("rotor.torque={{{signal}}}");
+    folder.ok(&["run", "block", "--set", &set(CHIRP), "-o", "chirp.h5", "-q"]);
+    for (old, new, words) in [
+        (
+            "start_frequency=\"0.1 Hz\", ",
+            "",
+            "rotor.torque.start_frequency & missing & Hz",
+        ),
+        ("end_frequency=0.4, ", "", "rotor.torque.end_frequency & missing & Hz"),
+        (", duration=\"20 s\"", "", "rotor.torque.duration & missing & in s"),
+        ("amplitude=9, ", "", "rotor.torque.amplitude & missing"),
+        ("\"20 s\"", "0", "rotor.torque.duration & must be greater than 0"),
+        ("\"20 s\"", "1e-14", "rotor.torque.duration & must be at least 1e-12 s"),
+        ("0.4", "-0.4", "rotor.torque.end_frequency & must be greater than 0"),
+        (
+            "0.4",
+            "\"3 rad/s\"",
+            "rotor.torque.end_frequency & frequency, Hz & angular velocity",
+        ),
+        (
+            "end_frequency",
+            "end_frequenzy",
+            "rotor.torque.end_frequenzy & did you mean end_frequency?",
+        ),
+        (
+            "duration",
+            "frequency=1, duration",
+            "rotor.torque.frequency & belongs to profile \"sine\" or \"cosine\"",
+        ),
+        (
+            "\"chirp\"",
+            "\"chrip\"",
+            "rotor.torque.profile & did you mean \"chirp\"?",
+        ),
+    ] {
+        assert!(CHIRP.contains(old));
+        folder.refused(&["run", "block", "--set", &set(&CHIRP.replace(old, new))], words);
+    }
+    let words = "a chirp drives it & no motion repeats & end_frequency";
+    folder.refused(&["cycle", "block", "--set", &set(CHIRP)], words);
+}

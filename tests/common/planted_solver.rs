@@ -111,6 +111,7 @@ fn signal(drive: &Drive, t: f64) -> (f64, f64) {
             let omega = match wave.frequency {
                 Frequency::Cycles(frequency) => std::f64::consts::TAU * frequency,
                 Frequency::Angular(omega) => omega,
+                Frequency::Sweep { .. } => unimplemented!("no case here has a chirp"),
             };
             let acts = wave.from.is_none_or(|from| t >= from) && wave.to.is_none_or(|to| t < to);
             let size = if acts { wave.amplitude } else { 0.0 };

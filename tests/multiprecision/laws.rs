@@ -14,6 +14,7 @@ use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
 use stickslip::oracle::{self, OracleError, OracleOptions, rational};
+use stickslip::record::EventKind;
 use stickslip::simulation::natural_period;
 
 /// Multiple of the effect of rounding on an event that a method may add by its own arithmetic.
@@ -133,6 +134,45 @@ output = { end_time = 10.0 }
         let worst = errors(method, &recorder.events, &exact).into_iter().fold(0.0, f64::max);
         println!("{method}: {} events within {worst:.1e} s", exact.len());
         assert!(worst <= allowed, "{method}: {worst:.1e}");
+    }
+}
+
+/// A block on a spring and on a rough floor under chirps, through its resonance in both directions: as the force on it,
+/// as the motion of the floor, and as the force that presses them together.
+#[test]
+fn multiprecision_blocks_under_chirps() {
+    let sweep = |from: f64, to: f64, more: &str| {
+        format!(
+            "{{ profile = \"chirp\", start_frequency = {from}, end_frequency = {to}, duration = 7.3, phase = 0.4, {more} }}"
+        )
+    };
+    let case = |floor: &str, torque: &str, force: &str| {
+        format!(
+            r#"
+motion = "translation"
+rotor = {{ end = "driven", speed = {floor} }}
+stator = {{ inertia = 1.0, stiffness = 40.0, damping = 0.5, end = "fixed", torque = {torque} }}
+contact = {{ normal_force = {force} }}
+friction = {{ law = "coulomb", breakaway = 0.5, kinetic = 0.3 }}
+output = {{ end_time = 10.0 }}
+"#
+        )
+    };
+    for text in [
+        case("0.0", &sweep(0.3, 2.5, "amplitude = 12.0"), "10.0"),
+        case(&sweep(2.5, 0.3, "amplitude = 0.7, mean = 0.1"), "0.0", "10.0"),
+        case("0.2", "0.0", &sweep(0.2, 1.9, "amplitude = 11.0, mean = 10.0")),
+    ] {
+        let exact = exact_events(&source(&text), &[], 10.0, 30);
+        let corners = exact.iter().filter(|event| event.kind == EventKind::Corner);
+        assert_eq!(corners.count(), 1, "{text}");
+        assert!(exact.len() > 10, "{} events: {text}", exact.len());
+        for (method, allowed) in [("series", 1e-12), ("cvode", 1e-8), ("erk", 1e-8), ("arkode", 1e-8)] {
+            let recorder = recorded(&written(&text, &[&format!("solver.method={method}")]));
+            let worst = errors(method, &recorder.events, &exact).into_iter().fold(0.0, f64::max);
+            println!("{method}: {} events within {worst:.1e} s", exact.len());
+            assert!(worst <= allowed, "{method}: {worst:.1e}: {text}");
+        }
     }
 }
 

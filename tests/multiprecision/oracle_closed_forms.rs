@@ -15,7 +15,7 @@ use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRe
 use stickslip::record::EventKind::{
     self, Contact, Corner, Destabilised, Restabilised, Reversal, Separation, Slip, Stick,
 };
-use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, TimeTable, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, TimeTable, Timeline, Wave};
 
 type Real = BigRational;
 
@@ -442,6 +442,23 @@ fn analytic_speeds_under_signals() {
         let integral = |t: f64| -3.0 / w * (w * t + 0.4).cos();
         0.5 * t + integral(t.clamp(0.3, 2.0)) - integral(0.3)
     };
+    let chirp = |start: &str, end: &str, duration: &str| {
+        Drive::Wave(Wave {
+            frequency: Frequency::Sweep {
+                start: r(start),
+                end: r(end),
+                duration: r(duration),
+            },
+            from: None,
+            to: None,
+            ..wave.clone()
+        })
+    };
+    // The antiderivative in doubles, which the analytic tests of signals hold against quadratures.
+    let of_chirp = |drive: &Drive<Real>| -> Box<dyn Fn(f64) -> f64> {
+        let timeline = Timeline::new(&[&drive.map(nearest_double)]);
+        Box::new(move |t| timeline.integral(0, t))
+    };
     let steep = ramp("2", "1");
     let ramp = |t: f64| if t < 1.0 { t * t } else { 1.0 + 2.0 * (t - 1.0) };
     let points = |t: f64| match t {
@@ -456,6 +473,8 @@ fn analytic_speeds_under_signals() {
         (steep.clone(), Box::new(ramp), &["1"]),
         (bent.clone(), Box::new(points), &["1", "3"]),
         (Drive::Wave(wave.clone()), Box::new(of_wave), &["0.3", "2"]),
+        (chirp("0.2", "3", "1.3"), of_chirp(&chirp("0.2", "3", "1.3")), &["1.3"]),
+        (chirp("3", "0.2", "1.3"), of_chirp(&chirp("3", "0.2", "1.3")), &["1.3"]),
         (
             Drive::Sum(vec![steep, Drive::Sum(vec![bent, Drive::Wave(wave)])]),
             Box::new(move |t| ramp(t) + points(t) + of_wave(t)),
@@ -793,6 +812,7 @@ impl Plain<'_> {
                 let omega = match &wave.frequency {
                     Frequency::Angular(omega) => nearest_double(omega),
                     Frequency::Cycles(frequency) => TAU * nearest_double(frequency),
+                    Frequency::Sweep { .. } => panic!("none of these"),
                 };
                 let angle = omega * t + nearest_double(&wave.phase);
                 let shape = if wave.shape == HarmonicShape::Sine {

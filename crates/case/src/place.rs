@@ -154,13 +154,17 @@ fn signal(drive: &Drive) -> String {
             format!("{{ profile = \"table\", time = {time:?}, value = {value:?} }}")
         }
         Drive::Wave(wave) => {
-            let shape = match wave.shape {
-                HarmonicShape::Sine => "sine",
-                HarmonicShape::Cosine => "cosine",
+            let shape = match (wave.frequency, wave.shape) {
+                (Frequency::Sweep { .. }, _) => "chirp",
+                (_, HarmonicShape::Sine) => "sine",
+                (_, HarmonicShape::Cosine) => "cosine",
             };
             let frequency = match wave.frequency {
                 Frequency::Cycles(frequency) => format!("frequency = {frequency:?}"),
                 Frequency::Angular(frequency) => format!("angular_frequency = {frequency:?}"),
+                Frequency::Sweep { start, end, duration } => {
+                    format!("start_frequency = {start:?}, end_frequency = {end:?}, duration = {duration:?}")
+                }
             };
             let time =
                 |name: &str, time: Option<f64>| time.map_or(String::new(), |time| format!(", {name} = {time:?}"));

@@ -119,7 +119,7 @@ pub(super) fn choice(value: &CaseValue, names: &[&'static str]) -> Result<&'stat
 }
 
 /// The profiles of a signal.
-pub const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "sum"];
+pub const PROFILES: &[&str] = &["ramp", "table", "sine", "cosine", "chirp", "sum"];
 
 /// Deeper nesting of sums is a typing error.
 const DEEPEST: usize = 4;
@@ -153,6 +153,8 @@ impl SignalKey {
 }
 
 const WAVES: &[&str] = &["sine", "cosine"];
+const WITH_CHIRP: &[&str] = &["sine", "cosine", "chirp"];
+const CHIRP: &[&str] = &["chirp"];
 
 macro_rules! signal_keys {
     ($($name:expr, $profiles:expr, $dimension:expr, $domain:ident, $default:literal, $about:literal;)*) => {
@@ -175,11 +177,16 @@ signal_keys! {
         "value after the ramp; or the values at the times, linear in between, the first and last beyond";
     "rise_time", &["ramp"], Some(Dimension::Time), NotNegative, "",
         "length of the ramp, which starts from 0 at t = 0; 0 is a step";
-    "mean", WAVES, None, Any, "0", "mean of the harmonic";
-    "amplitude", WAVES, None, Any, "", "amplitude of the harmonic";
+    "mean", WITH_CHIRP, None, Any, "0", "mean of the harmonic";
+    "amplitude", WITH_CHIRP, None, Any, "", "amplitude of the harmonic";
     "frequency", WAVES, Some(Dimension::Frequency), Positive, "angular_frequency", "cycles per second";
     "angular_frequency", WAVES, Some(Dimension::AngularVelocity), Positive, "frequency", "angular frequency omega";
-    "phase", WAVES, Some(Dimension::Angle), Any, "0", "phase: mean + amplitude sin(omega t + phase), t from the start of the run";
+    "start_frequency", CHIRP, Some(Dimension::Frequency), Positive, "", "frequency at t = 0, cycles per second";
+    "end_frequency", CHIRP, Some(Dimension::Frequency), Positive, "", "frequency from the end of the sweep on";
+    "duration", CHIRP, Some(Dimension::Time), Positive, "",
+        "length of the sweep, which starts at t = 0: the frequency changes linearly, then stays";
+    "phase", WITH_CHIRP, Some(Dimension::Angle), Any, "0",
+        "phase: mean + amplitude sin(omega t + phase), t from the start of the run; chirp: the integral of omega instead of omega t";
     "from", WAVES, Some(Dimension::Time), NotNegative, "0", "start of the harmonic; before it the mean alone";
     "to", WAVES, Some(Dimension::Time), NotNegative, "none", "end of the harmonic; after it the mean alone";
     SIGNALS, &["sum"], None, Any, "", "signals that are added";
@@ -280,6 +287,7 @@ impl Signals {
             "table" => self.table(at),
             "sum" => self.sum(at, depth),
             "sine" => self.wave(HarmonicShape::Sine, at),
+            "chirp" => self.chirp(at),
             _ => self.wave(HarmonicShape::Cosine, at),
         }
     }
@@ -384,6 +392,32 @@ impl Signals {
             phase: phase?,
             from,
             to,
+        }))
+    }
+
+    fn chirp(&mut self, at: SignalPlace<'_>) -> Option<Drive> {
+        let mean = self.element(at, "mean", Some(0.0));
+        let amplitude = self.element(at, "amplitude", None);
+        let start = self.element(at, "start_frequency", None);
+        let end = self.element(at, "end_frequency", None);
+        let phase = self.element(at, "phase", Some(0.0));
+        let duration = self.element(at, "duration", None)?;
+        if duration < SHORTEST_RUN {
+            let message = format!("must be at least {SHORTEST_RUN:?} s, but is {duration:?} s");
+            return self.wrong(&format!("{}.duration", at.0), message);
+        }
+        Some(Drive::Wave(Wave {
+            shape: HarmonicShape::Sine,
+            mean: mean?,
+            amplitude: amplitude?,
+            frequency: Frequency::Sweep {
+                start: start?,
+                end: end?,
+                duration,
+            },
+            phase: phase?,
+            from: None,
+            to: None,
         }))
     }
 

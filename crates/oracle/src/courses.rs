@@ -1,4 +1,4 @@
-//! Signals: stretches between corners, in which a signal is linear plus harmonics.
+//! Signals: stretches between corners, in which a signal is linear plus harmonics and sweeps of a frequency.
 
 use super::elementary::Elementary;
 use super::float::Float;
@@ -30,8 +30,18 @@ struct CourseStretch<const N: usize> {
 struct HarmonicCourse<const N: usize> {
     shape: HarmonicShape,
     amplitude: Float<N>,
-    omega: Float<N>,
+    /// In a chirp's sweep, or always.
+    angle: Angle<N>,
+    /// End of the sweep, and the angle from then on.
+    later: Option<(BigRational, Angle<N>)>,
+}
+
+/// phase + omega t + bend t^2.
+#[derive(Debug, Clone)]
+struct Angle<const N: usize> {
     phase: Float<N>,
+    omega: Float<N>,
+    bend: Option<Float<N>>,
 }
 
 #[derive(Default)]
@@ -67,6 +77,7 @@ pub(super) fn shortest_period(drive: &Drive<BigRational>) -> f64 {
     let period = |wave: &&Wave<BigRational>| match &wave.frequency {
         Frequency::Angular(omega) => std::f64::consts::TAU / nearest_double(omega).abs(),
         Frequency::Cycles(frequency) => 1.0 / nearest_double(frequency).abs(),
+        Frequency::Sweep { start, end, .. } => 1.0 / nearest_double(start.max(end)),
     };
     parts.waves.iter().map(period).fold(f64::INFINITY, f64::min)
 }
@@ -75,7 +86,13 @@ impl<const N: usize> SignalCourse<N> {
     pub fn new(drive: &Drive<BigRational>, table: &Elementary<N>) -> Self {
         let mut parts = Parts::default();
         parts.gather(drive);
-        let ends = parts.waves.iter().flat_map(|wave| wave.from.iter().chain(&wave.to));
+        let ends = parts.waves.iter().flat_map(|wave| {
+            let sweep = match &wave.frequency {
+                Frequency::Sweep { duration, .. } => Some(duration),
+                _ => None,
+            };
+            wave.from.iter().chain(&wave.to).chain(sweep)
+        });
         let starts = parts.linear.iter().flatten().map(|piece| &piece.start);
         let mut corners: Vec<BigRational> = starts.chain(ends).filter(|t| t.is_positive()).cloned().collect();
         corners.push(BigRational::zero());
@@ -101,17 +118,40 @@ impl<const N: usize> SignalCourse<N> {
                 exact_start: start,
             }
         };
-        let harmonic = |wave: &&Wave<BigRational>| HarmonicCourse {
-            shape: wave.shape,
-            amplitude: Float::from_rational(&wave.amplitude),
-            omega: match &wave.frequency {
-                Frequency::Angular(omega) => Float::from_rational(omega),
-                Frequency::Cycles(frequency) => {
-                    let twice = frequency * BigRational::from_integer(BigInt::from(2));
-                    &table.pi * &Float::from_rational(&twice)
+        let harmonic = |wave: &&Wave<BigRational>| {
+            let phase = Float::from_rational(&wave.phase);
+            let pi_times = |number: &BigRational| &table.pi * &Float::from_rational(number);
+            let of_cycles =
+                |frequency: &BigRational| pi_times(&(frequency * BigRational::from_integer(BigInt::from(2))));
+            let steady = |omega: Float<N>| Angle {
+                phase,
+                omega,
+                bend: None,
+            };
+            let (angle, later) = match &wave.frequency {
+                Frequency::Angular(omega) => (steady(Float::from_rational(omega)), None),
+                Frequency::Cycles(frequency) => (steady(of_cycles(frequency)), None),
+                // 2 pi (start t + (end - start) t^2/(2 duration)), then 2 pi (end t - (end - start) duration/2).
+                Frequency::Sweep { start, end, duration } => {
+                    let rise = end - start;
+                    let bend = Some(pi_times(&(&rise / duration)));
+                    let settled = Angle {
+                        phase: &phase - &pi_times(&(rise * duration)),
+                        ..steady(of_cycles(end))
+                    };
+                    let swept = Angle {
+                        bend,
+                        ..steady(of_cycles(start))
+                    };
+                    (swept, Some((duration.clone(), settled)))
                 }
-            },
-            phase: Float::from_rational(&wave.phase),
+            };
+            HarmonicCourse {
+                shape: wave.shape,
+                amplitude: Float::from_rational(&wave.amplitude),
+                angle,
+                later,
+            }
         };
         SignalCourse {
             waves: parts.waves.iter().map(harmonic).collect(),
@@ -144,12 +184,11 @@ impl<const N: usize> SignalCourse<N> {
         {
             return Float::zero();
         }
-        let time = self.stretches[next].start;
         let sum = |index: usize, others: usize| {
             let of = |stretch: usize| &self.stretches[stretch].waves;
             let changed = of(index).iter().filter(|wave| !of(others).contains(wave));
             changed.fold(Float::zero(), |sum, wave| {
-                &sum + &self.waves[*wave].at_corner(&time, table)
+                &sum + &self.waves[*wave].at_corner(&self.stretches[next], table)
             })
         };
         let jump = &sum(next, self.current) - &sum(self.current, next);
@@ -162,8 +201,16 @@ impl<const N: usize> SignalCourse<N> {
         let [value, slope] = &stretch.linear;
         let wave = |index: &usize| {
             let wave = &self.waves[*index];
-            let derivatives = wave.derivatives(time, table);
-            (derivatives, wave.omega)
+            let angle = wave.angle_in(stretch);
+            let bend = angle.bend.map(|bend| (&bend + &bend, [Float::zero(); 2]));
+            WaveSeries {
+                next: wave.derivatives(angle, time, table),
+                omega: match &bend {
+                    Some((twice, _)) => &angle.omega + &(twice * time),
+                    None => angle.omega,
+                },
+                bend,
+            }
         };
         CourseSeries {
             coefficients: Vec::new(),
@@ -174,8 +221,19 @@ impl<const N: usize> SignalCourse<N> {
 }
 
 impl<const N: usize> HarmonicCourse<N> {
-    fn derivatives(&self, time: &Float<N>, table: &Elementary<N>) -> [Float<N>; 2] {
-        let [sine, cosine] = table.sine_and_cosine(&(&(&self.omega * time) + &self.phase));
+    fn angle_in(&self, stretch: &CourseStretch<N>) -> &Angle<N> {
+        match &self.later {
+            Some((end, settled)) if stretch.exact_start >= *end => settled,
+            _ => &self.angle,
+        }
+    }
+
+    fn derivatives(&self, angle: &Angle<N>, time: &Float<N>, table: &Elementary<N>) -> [Float<N>; 2] {
+        let mut turned = &angle.omega * time;
+        if let Some(bend) = &angle.bend {
+            turned += &(&(bend * time) * time);
+        }
+        let [sine, cosine] = table.sine_and_cosine(&(&turned + &angle.phase));
         match self.shape {
             HarmonicShape::Sine => [&self.amplitude * &sine, &self.amplitude * &cosine],
             HarmonicShape::Cosine => [&self.amplitude * &cosine, -&(&self.amplitude * &sine)],
@@ -183,9 +241,10 @@ impl<const N: usize> HarmonicCourse<N> {
     }
 
     /// Value where the wave begins or ends. A value that is zero up to rounding counts as zero.
-    fn at_corner(&self, time: &Float<N>, table: &Elementary<N>) -> Float<N> {
-        let [value, _] = self.derivatives(time, table);
-        let angle = (&self.omega * time).log2().max(self.phase.log2()).max(0.0);
+    fn at_corner(&self, stretch: &CourseStretch<N>, table: &Elementary<N>) -> Float<N> {
+        let (angle, time) = (self.angle_in(stretch), &stretch.start);
+        let [value, _] = self.derivatives(angle, time, table);
+        let angle = (&angle.omega * time).log2().max(angle.phase.log2()).max(0.0);
         let rounding = self.amplitude.log2() + angle - Float::<N>::BITS as f64 + 12.0;
         if value.log2() < rounding { Float::zero() } else { value }
     }
@@ -195,19 +254,35 @@ impl<const N: usize> HarmonicCourse<N> {
 pub(super) struct CourseSeries<const N: usize> {
     pub coefficients: Vec<Float<N>>,
     linear: [Float<N>; 2],
-    /// For each wave: its next coefficient, the source of the following coefficient, and omega.
-    waves: Vec<([Float<N>; 2], Float<N>)>,
+    waves: Vec<WaveSeries<N>>,
+}
+
+#[derive(Debug)]
+struct WaveSeries<const N: usize> {
+    /// The next coefficient, and the source of the following coefficient.
+    next: [Float<N>; 2],
+    /// omega at the time of the series.
+    omega: Float<N>,
+    /// The slope of omega, and the coefficients before `next`.
+    bend: Option<(Float<N>, [Float<N>; 2])>,
 }
 
 impl<const N: usize> CourseSeries<N> {
     pub fn extend(&mut self, k: usize, reciprocals: &[Float<N>]) {
         for k in self.coefficients.len()..=k {
             let mut sum = self.linear.get(k).copied().unwrap_or_default();
-            for ([value, slope], omega) in &mut self.waves {
-                sum += value;
+            for wave in &mut self.waves {
+                let [value, slope] = wave.next;
+                sum += &value;
                 // s' = omega c, c' = -omega s.
-                let by = omega as &Float<N> * &reciprocals[k + 1];
-                (*value, *slope) = (&*slope * &by, -&(&*value * &by));
+                let by = &wave.omega * &reciprocals[k + 1];
+                wave.next = [&slope * &by, -&(&value * &by)];
+                if let Some((bend, before)) = &mut wave.bend {
+                    let by = &*bend * &reciprocals[k + 1];
+                    wave.next[0] += &(&before[1] * &by);
+                    wave.next[1] -= &(&before[0] * &by);
+                    *before = [value, slope];
+                }
             }
             self.coefficients.push(sum);
         }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 use stickslip_system::model::system::System;
-use stickslip_system::signal::{Drive, Wave};
+use stickslip_system::signal::{Drive, Frequency, Wave};
 
 /// Harmonic of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,9 +15,15 @@ pub struct Harmonic {
 
 impl Harmonic {
     fn of(wave: &Wave) -> Harmonic {
+        let from = wave.from.unwrap_or(0.0);
+        // A chirp repeats after its sweep.
+        let from = match wave.frequency {
+            Frequency::Sweep { duration, .. } => from.max(duration),
+            _ => from,
+        };
         Harmonic {
             angular_frequency: wave.angular_frequency(),
-            acts: (wave.from.unwrap_or(0.0), wave.to.unwrap_or(f64::INFINITY)),
+            acts: (from, wave.to.unwrap_or(f64::INFINITY)),
         }
     }
 

@@ -101,6 +101,8 @@ fn shifted(drive: &Drive<BigRational>, time: &BigRational, pi: &BigRational) -> 
             let turned = match &wave.frequency {
                 Frequency::Cycles(frequency) => frequency * time * pi * BigRational::from_integer(2.into()),
                 Frequency::Angular(omega) => omega * time,
+                // It has no amplitude: a family refuses others.
+                Frequency::Sweep { .. } => return drive.clone(),
             };
             Drive::Wave(Wave {
                 phase: &wave.phase + turned,
@@ -115,7 +117,7 @@ fn shifted(drive: &Drive<BigRational>, time: &BigRational, pi: &BigRational) -> 
 /// Period of the first harmonic of an exact system. Only pi is rounded.
 fn exact_turn(system: &ExactSystem, pi: &BigRational) -> Option<BigRational> {
     Some(match &first_wave(system)?.frequency {
-        Frequency::Cycles(frequency) => frequency.abs().recip(),
+        Frequency::Cycles(frequency) | Frequency::Sweep { end: frequency, .. } => frequency.abs().recip(),
         Frequency::Angular(omega) => pi * BigRational::from_integer(2.into()) / omega.abs(),
     })
 }

@@ -44,7 +44,7 @@ impl Family {
     /// Family of a case, with the key paths of each varied parameter.
     ///
     /// # Errors
-    /// The system slows down to a stop, or its harmonics have no common period.
+    /// The system slows down to a stop, a chirp drives it, or its harmonics have no common period.
     pub fn new(written: WrittenCase, keys: &[Vec<String>]) -> Result<Family, Error> {
         let system = in_the_long_run(&written.case().system);
         if twice_resistance(&system).is_some() {
@@ -220,6 +220,11 @@ pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> Syst
 
 /// Number of harmonics in the long run, and turns of the first one in their common period; `None` without harmonics.
 fn common_turns(system: &System) -> Result<Option<(usize, u64)>, Error> {
+    if system.drives().into_iter().any(has_chirp) {
+        return Err(Error::input(
+            "a chirp drives it: its frequency changes, so that no motion repeats; take a sine with the chirp's end_frequency",
+        ));
+    }
     let all = harmonics(system);
     if all.is_empty() {
         return Ok(None);
@@ -233,11 +238,19 @@ fn common_turns(system: &System) -> Result<Option<(usize, u64)>, Error> {
     Ok(Some((all.len(), turns)))
 }
 
+fn has_chirp(drive: &Drive) -> bool {
+    match drive {
+        Drive::Wave(wave) => matches!(wave.frequency, Frequency::Sweep { .. }) && wave.amplitude != 0.0,
+        Drive::Sum(terms) => terms.iter().any(has_chirp),
+        Drive::Value(_) | Drive::Linear(_) => false,
+    }
+}
+
 /// Duration of `turns` turns of the first harmonic, s.
 fn period_of(system: &System, turns: u64) -> Option<f64> {
     let turn = match first_wave(system)?.frequency {
         // Avoids the rounding of 2 pi.
-        Frequency::Cycles(frequency) => 1.0 / frequency.abs(),
+        Frequency::Cycles(frequency) | Frequency::Sweep { end: frequency, .. } => 1.0 / frequency.abs(),
         Frequency::Angular(omega) => TAU / omega.abs(),
     };
     Some(turns as f64 * turn)

@@ -1,9 +1,10 @@
 //! The signals of a train: a constant, a profile, a harmonic, or a sum.
 //!
-//! Between its corners ([`Drive::corners`]) a drive is linear plus harmonics, so that its Taylor series and
-//! antiderivative have closed forms.
+//! Between its corners ([`Timeline::corners`]) a drive is linear plus harmonics and sweeps of a frequency, so that its
+//! Taylor series and antiderivative have closed forms.
 
 use std::convert::Infallible;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use super::pieces::sum_without_rounding;
 use super::{Piece, Pieces, Signal};
@@ -24,7 +25,7 @@ pub enum Drive<T = f64> {
 
 /// The signal mean + amplitude sin(omega t + phase), or the same with the cosine. With `from` (inclusive) or `to`,
 /// the harmonic part acts between these times only; outside, the signal is the mean. t is the time of the run, not
-/// the time since `from`.
+/// the time since `from`. For a [sweep](Frequency::Sweep), omega t is the integral of omega.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave<T = f64> {
     /// Sine or cosine.
@@ -59,6 +60,15 @@ pub enum Frequency<T = f64> {
     Cycles(T),
     /// omega, rad/s.
     Angular(T),
+    /// Of a chirp: it runs linearly from `start` at t = 0 to `end` at t = `duration`, and then stays.
+    Sweep {
+        /// Frequency at t = 0, Hz.
+        start: T,
+        /// Frequency from `duration` on, Hz.
+        end: T,
+        /// Duration of the sweep, s.
+        duration: T,
+    },
 }
 
 impl<T> Drive<T> {
@@ -108,6 +118,11 @@ impl<T> Wave<T> {
             frequency: match &self.frequency {
                 Frequency::Cycles(frequency) => Frequency::Cycles(at("frequency", frequency)?),
                 Frequency::Angular(frequency) => Frequency::Angular(at("angular_frequency", frequency)?),
+                Frequency::Sweep { start, end, duration } => Frequency::Sweep {
+                    start: at("start_frequency", start)?,
+                    end: at("end_frequency", end)?,
+                    duration: at("duration", duration)?,
+                },
             },
             phase: at("phase", &self.phase)?,
             from: self.from.as_ref().map(|time| at("from", time)).transpose()?,
@@ -133,10 +148,41 @@ impl Drive {
     }
 }
 
+/// The fractional part of `frequency` times `t`, and the rounding of the product.
+fn turns(frequency: f64, t: f64) -> [f64; 2] {
+    let turns = frequency * t;
+    [turns - turns.round(), frequency.mul_add(t, -turns)]
+}
+
+/// a + b and its rounding.
+fn exact_sum(a: f64, b: f64) -> [f64; 2] {
+    let sum = a + b;
+    let added = sum - a;
+    [sum, (a - (sum - added)) + (b - added)]
+}
+
+/// Turns from t = 0 to `t` (s) in a sweep, up to whole ones. No product or sum of the large turns is rounded.
+fn swept_turns<T: Number>(start: f64, end: f64, duration: f64, t: f64) -> T {
+    let [change, of_change] = exact_sum(end, -start);
+    let share = t / duration;
+    let of_share = (-share).mul_add(duration, t);
+    let half = change * (share / 2.0);
+    let of_half = change.mul_add(share / 2.0, -half);
+    let [mean, of_mean] = exact_sum(start, half);
+    let [part, of_part] = turns(mean, t);
+    let [change, of_change, of_share, of_half, of_mean, now] =
+        [change, of_change, of_share, of_half, of_mean, t].map(T::of);
+    let rest = of_mean + of_half + (change * of_share + of_change * now) / T::of(2.0 * duration);
+    T::of(part) + T::of(of_part) + rest * now
+}
+
 impl Wave {
-    /// omega, rad/s.
+    /// omega, rad/s; of a sweep that after it.
     pub fn angular_frequency(&self) -> f64 {
-        self.rate()
+        match self.frequency {
+            Frequency::Sweep { end, .. } => TAU * end,
+            _ => self.rate(0.0),
+        }
     }
 
     /// Start and end of the harmonic part within t >= 0, s.
@@ -144,22 +190,79 @@ impl Wave {
         (self.from.unwrap_or(0.0).max(0.0), self.to.unwrap_or(f64::INFINITY))
     }
 
-    fn rate<T: Number>(&self) -> T {
-        match self.frequency {
-            Frequency::Cycles(frequency) => T::of(2.0) * T::pi() * T::of(frequency),
-            Frequency::Angular(frequency) => T::of(frequency),
+    /// The parts of the wave that are smooth: one, or those during and after a sweep.
+    fn smooth_parts(&self) -> Vec<Wave> {
+        let Frequency::Sweep { duration, .. } = self.frequency else {
+            return vec![self.clone()];
+        };
+        let (from, to) = self.acts();
+        let mut parts = Vec::new();
+        for (from, to) in [(from, to.min(duration)), (from.max(duration), to)] {
+            if from < to {
+                parts.push(Wave {
+                    from: Some(from),
+                    to: Some(to),
+                    ..self.clone()
+                });
+            }
         }
+        parts
+    }
+
+    /// Start, end (Hz) and duration (s) if this smooth part is a sweep.
+    fn sweep(&self) -> Option<(f64, f64, f64)> {
+        match self.frequency {
+            Frequency::Sweep { start, end, duration } if self.acts().0 < duration => Some((start, end, duration)),
+            _ => None,
+        }
+    }
+
+    /// omega of a smooth part at `t` (s), rad/s.
+    fn rate<T: Number>(&self, t: f64) -> T {
+        let cycles = match (self.frequency, self.sweep()) {
+            (Frequency::Angular(frequency), _) => return T::of(frequency),
+            (_, Some((start, end, duration))) => {
+                let share = T::of(t) / T::of(duration);
+                T::of(start) * (T::of(1.0) - share) + T::of(end) * share
+            }
+            (Frequency::Cycles(frequency) | Frequency::Sweep { end: frequency, .. }, None) => T::of(frequency),
+        };
+        T::of(2.0) * T::pi() * cycles
+    }
+
+    /// Slope of omega of a smooth part, rad/s^2; `None` if omega is constant.
+    fn acceleration<T: Number>(&self) -> Option<T> {
+        let (start, end, duration) = self.sweep()?;
+        Some(T::of(2.0) * T::pi() * (T::of(end) - T::of(start)) / T::of(duration))
+    }
+
+    /// Largest omega of a smooth part, rad/s.
+    fn fastest(&self) -> f64 {
+        let rate = |t: f64| self.rate::<f64>(t).abs();
+        self.sweep()
+            .map_or_else(|| rate(0.0), |(.., duration)| rate(0.0).max(rate(duration)))
+    }
+
+    /// Bound of the derivative of an order of a smooth part.
+    fn bound(&self, order: i32) -> f64 {
+        // The derivative is one of the argument times the harmonic; y' = omega z gives
+        // |y^(n+1)| <= omega |z^(n)| + n omega' |z^(n-1)|.
+        let (omega, acceleration) = (self.fastest(), self.acceleration().map_or(0.0, f64::abs));
+        let (mut before, mut bound) = (0.0, 1.0);
+        for n in 0..order {
+            (before, bound) = (bound, omega * bound + f64::from(n) * acceleration * before);
+        }
+        (self.amplitude * bound).abs()
     }
 
     /// Sine or cosine at `t` (s), and its derivative with respect to the argument. The product of frequency and time
     /// is not rounded.
     fn shape_and_slope<T: Number>(&self, t: f64) -> (T, T) {
+        let of_turns = |turns: T| (T::of(2.0) * T::pi() * turns + T::of(self.phase)).sin_cos();
         let (sine, cosine) = match self.frequency {
             Frequency::Cycles(frequency) => {
-                let turns = frequency * t;
-                let rest = frequency.mul_add(t, -turns);
-                let turns = T::of(turns - turns.round()) + T::of(rest);
-                (T::of(2.0) * T::pi() * turns + T::of(self.phase)).sin_cos()
+                let [turns, rest] = turns(frequency, t).map(T::of);
+                of_turns(turns + rest)
             }
             Frequency::Angular(frequency) => {
                 let angle = frequency * t;
@@ -171,10 +274,44 @@ impl Wave {
                     cosine * phase_cosine - sine * phase_sine,
                 )
             }
+            Frequency::Sweep { start, end, duration } if self.sweep().is_some() => {
+                of_turns(swept_turns(start, end, duration, t))
+            }
+            Frequency::Sweep { start, end, duration } => {
+                let [since, of_since] = exact_sum(t, -duration);
+                let [turns, rest] = turns(end, since).map(T::of);
+                let later = turns + rest + T::of(end) * T::of(of_since);
+                of_turns(swept_turns::<T>(start, end, duration, duration) + later)
+            }
         };
         match self.shape {
             HarmonicShape::Sine => (sine, cosine),
             HarmonicShape::Cosine => (cosine, -sine),
+        }
+    }
+
+    /// Adds the Taylor coefficients of a smooth part about `t` (s), by powers of tau/`unit` (s).
+    fn add_series<T: Number>(&self, t: f64, unit: T, out: &mut [T]) {
+        let (shape, slope) = self.shape_and_slope::<T>(t);
+        let rate = self.rate::<T>(t) * unit;
+        let amplitude = T::of(self.amplitude);
+        let Some(acceleration) = self.acceleration::<T>() else {
+            // The derivatives with respect to the argument repeat with a period of four.
+            let turning = [shape, slope, -shape, -slope];
+            let mut size = amplitude;
+            for (n, coefficient) in out.iter_mut().enumerate() {
+                *coefficient = *coefficient + size * turning[n % 4];
+                size = size * (rate / T::of((n + 1) as f64));
+            }
+            return;
+        };
+        // y' = (rate + bend tau) z, z' = -(rate + bend tau) y.
+        let bend = acceleration * unit * unit;
+        let (mut before, mut now) = ([T::of(0.0); 2], [amplitude * shape, amplitude * slope]);
+        for (n, coefficient) in out.iter_mut().enumerate() {
+            *coefficient = *coefficient + now[0];
+            let next = |k: usize| (rate * now[k] + bend * before[k]) / T::of((n + 1) as f64);
+            (before, now) = (now, [next(1), -next(0)]);
         }
     }
 
@@ -184,10 +321,16 @@ impl Wave {
 
     /// Integral of the harmonic part from `from` (s) to `from` + `tau` (s), as if the wave acted at all times.
     fn integral(&self, from: f64, tau: f64) -> f64 {
-        let omega = self.angular_frequency();
         let (shape, slope) = self.shape_and_slope::<f64>(from);
+        if self.sweep().is_some() && self.fastest() * tau.abs() < 1.0 {
+            let mut series = [0.0; SHORT];
+            self.add_series(from, tau, &mut series);
+            let terms = series.iter().enumerate().rev();
+            return tau * terms.map(|(n, c)| c / (n + 1) as f64).sum::<f64>();
+        }
+        let omega: f64 = self.rate(from);
         let half = omega * tau / 2.0;
-        if half.abs() < 1.0 {
+        if self.sweep().is_none() && half.abs() < 1.0 {
             // Starts from the middle, because the antiderivatives at both ends hardly differ.
             let mean = if half == 0.0 { 1.0 } else { half.sin() / half };
             return self.amplitude * tau * mean * (shape * half.cos() + slope * half.sin());
@@ -196,8 +339,41 @@ impl Wave {
         let added = to - from;
         let rounded = (from - (to - added)) + (tau - added);
         let (end, end_slope) = self.shape_and_slope::<f64>(to);
-        self.amplitude * ((slope - end_slope) / omega + end * rounded)
+        let exact = match self.acceleration() {
+            None => (slope - end_slope) / omega,
+            Some(acceleration) => {
+                let tail = |t: f64, shape: f64, slope: f64| {
+                    let [real, imaginary] = tail(self.rate(t), f64::abs(acceleration) / 2.0);
+                    slope * imaginary + shape * real * f64::signum(acceleration)
+                };
+                tail(from, shape, slope) - tail(to, end, end_slope)
+            }
+        };
+        self.amplitude * (exact + end * rounded)
     }
+}
+
+/// Terms of the integral over a radian of a sweep: 1/20! = 4e-19.
+const SHORT: usize = 20;
+
+/// The integral of exp(i (omega s + bend s^2)) over s from 0 to infinity, for omega > 0 and bend >= 0: Fresnel's
+/// integrals without their oscillation. On the ray s = exp(i pi/4) u the integrand decays, and the trapezoidal rule
+/// for u = exp(x - exp(-x)) converges exponentially.
+fn tail(omega: f64, bend: f64) -> [f64; 2] {
+    const STEP: f64 = 1.0 / 32.0;
+    let decay = omega * FRAC_1_SQRT_2;
+    let unit = 1.0 / decay.max(bend.sqrt());
+    let [mut real, mut imaginary] = [0.0; 2];
+    for k in -160..=160 {
+        let x = f64::from(k) * STEP;
+        let inner = (-x).exp();
+        let u = unit * (x - inner).exp();
+        let weight = STEP * u * (1.0 + inner) * (-(decay + bend * u) * u).exp();
+        let (sine, cosine) = (decay * u).sin_cos();
+        real += weight * (cosine - sine);
+        imaginary += weight * (cosine + sine);
+    }
+    [real * FRAC_1_SQRT_2, imaginary * FRAC_1_SQRT_2]
 }
 
 /// Several drives as functions of the time t >= 0, over common stretches on which all of them are smooth. A drive is
@@ -246,7 +422,7 @@ fn parts(drive: &Drive, linear: &mut Vec<Pieces>, waves: &mut Vec<Wave>) {
         Drive::Linear(signal) => linear.push(signal.pieces()),
         Drive::Wave(wave) => {
             linear.push(constant(wave.mean));
-            waves.push(wave.clone());
+            waves.extend(wave.smooth_parts());
         }
         Drive::Sum(signals) => {
             for signal in signals {
@@ -284,7 +460,7 @@ impl Timeline {
     }
 
     /// Times t > 0 (s, increasing) at which any drive has a corner or a jump: end of a ramp, points of a table, start
-    /// and end of a harmonic.
+    /// and end of a harmonic, end of a chirp's sweep.
     pub fn corners(&self) -> &[f64] {
         &self.corners
     }
@@ -325,7 +501,7 @@ impl Timeline {
     /// The slope of a drive at `t` (s), per second.
     pub fn slope(&self, drive: usize, stretch: usize, t: f64) -> f64 {
         let harmonics = self.harmonics(drive, stretch, |wave| {
-            wave.amplitude * wave.angular_frequency() * wave.shape_and_slope::<f64>(t).1
+            wave.amplitude * wave.rate::<f64>(t) * wave.shape_and_slope::<f64>(t).1
         });
         self.tracks[drive].lines[stretch].slope + harmonics
     }
@@ -368,15 +544,7 @@ impl Timeline {
             };
         }
         for wave in self.waves(drive, stretch) {
-            let (shape, slope) = wave.shape_and_slope::<T>(t);
-            // The derivatives with respect to the argument repeat with a period of four.
-            let turning = [shape, slope, -shape, -slope];
-            let rate = wave.rate::<T>() * unit;
-            let mut size = T::of(wave.amplitude);
-            for (n, coefficient) in out.iter_mut().enumerate() {
-                *coefficient = *coefficient + size * turning[n % 4];
-                size = size * (rate / T::of((n + 1) as f64));
-            }
+            wave.add_series(t, unit, out);
         }
     }
 
@@ -385,12 +553,10 @@ impl Timeline {
         self.tracks[drive].lines[stretch].at(t)
     }
 
-    /// Sum over a drive's harmonics in a stretch of the amplitude times the angular frequency to the power `order`.
-    /// It bounds the derivative of that order.
+    /// Sum over a drive's harmonics in a stretch of a bound of the derivative of an order: the amplitude times the
+    /// angular frequency to the power `order`, and more for a sweep.
     pub fn amplitude(&self, drive: usize, stretch: usize, order: i32) -> f64 {
-        self.harmonics(drive, stretch, |wave| {
-            (wave.amplitude * wave.angular_frequency().powi(order)).abs()
-        })
+        self.harmonics(drive, stretch, |wave| wave.bound(order))
     }
 
     /// Lower and upper bound of a drive from `t` (s) to the end of a stretch.
@@ -410,8 +576,7 @@ impl Timeline {
     pub fn fastest(&self, stretch: usize) -> f64 {
         let acting = (0..self.tracks.len()).flat_map(|drive| self.waves(drive, stretch));
         let frequencies = acting.filter(|wave| wave.amplitude != 0.0);
-        let frequencies = frequencies.map(|wave| wave.angular_frequency().abs());
-        frequencies.fold(0.0, f64::max)
+        frequencies.map(Wave::fastest).fold(0.0, f64::max)
     }
 }
 
