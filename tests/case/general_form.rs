@@ -555,7 +555,7 @@ fn case_trains_keys_are_in_the_docs() {
         assert!(key.presence != schema::Presence::Default(""), "{}", key.path);
         assert!(schema::keys().all(|other| other.path != key.path), "{}", key.path);
     }
-    for profile in ["ramp", "table", "sine", "cosine", "sum"] {
+    for profile in ["ramp", "table", "sine", "cosine", "chirp", "sum"] {
         assert!(docs.contains(&format!("`{profile}`")), "{profile}");
     }
 }
@@ -670,8 +670,8 @@ drive.toml:9: rotor.torque.amplitude: missing; write amplitude = a number in N m
 "#);
     insta::assert_snapshot!(refused(VALID, "amplitude = 3.0", "amplitude = 3.0, rise_time = 1"), @r#"drive.toml:9: rotor.torque.rise_time: belongs to profile "ramp", but the profile is "sine": remove it, or change the profile"#);
     insta::assert_snapshot!(refused(VALID, "amplitude = 3.0", "amplitude = \"3 N\""), @r#"drive.toml:9: rotor.torque.amplitude: expected a torque, N m, but "3 N" is a force, N"#);
-    insta::assert_snapshot!(refused(VALID, "profile = \"ramp\", value", "value"), @r#"drive.toml:8: rotor.speed.profile: missing: what the signal is; write profile = "ramp" or "table" or "sine" or "cosine" or "sum", or a number instead of the table"#);
-    insta::assert_snapshot!(refused(VALID, "profile = \"ramp\", value", "profile = \"ram\", value"), @r#"drive.toml:8: rotor.speed.profile: expected one of "ramp", "table", "sine", "cosine", "sum", but got "ram"; did you mean "ramp"?"#);
+    insta::assert_snapshot!(refused(VALID, "profile = \"ramp\", value", "value"), @r#"drive.toml:8: rotor.speed.profile: missing: what the signal is; write profile = "ramp" or "table" or "sine" or "cosine" or "chirp" or "sum", or a number instead of the table"#);
+    insta::assert_snapshot!(refused(VALID, "profile = \"ramp\", value", "profile = \"ram\", value"), @r#"drive.toml:8: rotor.speed.profile: expected one of "ramp", "table", "sine", "cosine", "chirp", "sum", but got "ram"; did you mean "ramp"?"#);
     insta::assert_snapshot!(refused(VALID, "rise_time = 2.0", "rise_time = -2.0"), @r#"drive.toml:8: rotor.speed.rise_time: must not be negative, but is -2.0"#);
     insta::assert_snapshot!(refused(VALID, "signals = [100.0, {", "signals = [\"100\", {"), @r#"drive.toml:19: contact.normal_force.signals.0: "100" has no unit: write 100 without quotes if it is in N, or add the unit, such as "500 lbf""#);
     insta::assert_snapshot!(refused(VALID, "torque_on = 0", "torque_on = 0\nviscous = { profile = \"ramp\" }"), @r#"drive.toml:11: rotor.viscous: expected a list of numbers, each a torsional damping coefficient, N m s/rad, but got a table"#);
