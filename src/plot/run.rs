@@ -152,17 +152,31 @@ pub struct DrawnRun {
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
 
-/// Most overrides that a title or legend lists.
-const LISTED_CHANGES: usize = 2;
+/// Most characters of the overrides in a title or legend.
+const LONGEST_CHANGES: usize = 40;
 
+/// Overrides for a title or legend. Those of the output change no curve. The first ones are listed as far as there is
+/// room, and the others are counted.
 fn shortened_changes(changed: &[String]) -> Option<String> {
-    let more = changed.len().saturating_sub(LISTED_CHANGES);
-    let listed = changed.len().min(LISTED_CHANGES);
-    let mut text = changed[..listed].join(", ");
-    if more > 0 {
-        text += &format!(" and {more} more");
+    let changed: Vec<&str> = changed
+        .iter()
+        .map(String::as_str)
+        .filter(|change| !change.starts_with("output."))
+        .collect();
+    let mut room = LONGEST_CHANGES;
+    let fits = |change: &&&str| {
+        let left = room.checked_sub(change.chars().count());
+        room = left.unwrap_or(0);
+        left.is_some()
+    };
+    let listed: Vec<&str> = changed.iter().take_while(fits).copied().collect();
+    match (listed.len(), changed.len() - listed.len()) {
+        (0, 0) => None,
+        (_, 0) => Some(listed.join(", ")),
+        (0, 1) => changed[0].split(" = ").next().map(|key| format!("other {key}")),
+        (0, more) => Some(format!("{more} keys changed")),
+        (_, more) => Some(format!("{} and {more} more", listed.join(", "))),
     }
-    (listed > 0).then_some(text)
 }
 
 /// Stretches between contact events that have too few samples to be drawn.
