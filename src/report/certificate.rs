@@ -61,7 +61,11 @@ fn main_numbers(c: &Certificate, found: Option<&Sensitivities>) -> PageTable {
     let (runs, same) = (c.ladder.len(), c.ladder.iter().filter(agree).count());
     let events = c.ladder.iter().map(|rung| rung.events).max().unwrap_or(0);
     let ladder = match same == runs {
-        true => format!("all {runs} find the same {events} contact events"),
+        true => match events {
+            0 => format!("all {runs} find no contact event"),
+            1 => format!("all {runs} find the same contact event"),
+            _ => format!("all {runs} find the same {events} contact events"),
+        },
         false => format!("{same} of {runs} find the events of the result"),
     };
     let mut sticks = c.events.iter().filter(|event| event.kind == "stick");

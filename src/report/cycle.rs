@@ -133,9 +133,11 @@ impl Report for CycleCertificateReport<'_> {
             .done()
             .brief(MOST_EVENTS);
         let (digits, corrections, contraction) = (c.digits_computed, c.corrections, c.contraction);
-        let oracle = format!(
-            "exact solver with {digits} digits; {corrections} corrections, the last one {contraction:.0e} of the one before"
-        );
+        let steps = match corrections {
+            1 => "1 correction".to_owned(),
+            _ => format!("{corrections} corrections, the last one {contraction:.0e} of the one before"),
+        };
+        let oracle = format!("exact solver with {digits} digits; {steps}");
         let title = format!("{}: the cycle is certified", self.title);
         Page::new(title, "")
             .with(table)

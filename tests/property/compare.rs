@@ -105,6 +105,49 @@ fn property_dropped_doubled_swapped_and_renamed_events_are_named() {
     assert_eq!(swapped[0].0, Fault::Swapped);
 }
 
+/// The candidate's own event comes, in time, before each event of the reference, and in its word after some of them.
+#[test]
+fn property_events_before_the_parting_are_those_of_the_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let begins = |early: f64, own: f64| {
+        let word = word_of(paper());
+        let onset = word[0].0;
+        let mut word: Vec<(f64, String)> = word.into_iter().map(|(t, kind)| (t - early, kind)).collect();
+        let before = word.partition_point(|(t, _)| *t < onset - own);
+        word.insert(before, (onset - own, "reversal".to_owned()));
+        let c = compare_quick(&write(&folder, "events.csv", &events_csv(&word)), Mapping::default());
+        assert_eq!((c.sequence[0].fault, c.sequence[0].position), (Fault::Spurious, before));
+        assert!(c.sequence[0].time < onset && before > 0);
+        (before, c.summary[0].clone())
+    };
+    let (count, text) = begins(1e-6, 0.5e-6);
+    assert_eq!(count, 1);
+    assert!(text.ends_with(" The event before it is within 1.0 us."), "{text}");
+    let (count, text) = begins(4.5e-3, 1e-4);
+    assert!(count > 1 && text.starts_with("The events part: "), "{text}");
+    assert!(text.contains("4.5 ms") && !text.contains("within 0 s"), "{text}");
+    // Half a second is more than a quarter of a period.
+    let (_, text) = begins(0.5, 0.1);
+    assert!(text.contains("s is already ") && text.ends_with(" early."), "{text}");
+}
+
+/// Some value of nearly any parameter reproduces three samples.
+#[test]
+fn property_three_samples_name_no_parameter() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "time,relative_velocity\n1,90\n2,80\n3,70\n";
+    let c = compare(&write(&folder, "three.csv", text), &Mapping::default());
+    assert!(c.causes.is_empty() && c.parameters.is_none(), "{}", c.verdict);
+    assert!(c.verdict.contains("too few samples to name a cause"), "{}", c.verdict);
+    assert!(
+        c.summary
+            .iter()
+            .any(|line| line.contains("too few samples to name a cause")),
+        "{:?}",
+        c.summary
+    );
+}
+
 #[test]
 fn property_a_shifted_run_has_the_errors_of_its_shift_and_none_in_its_phase() {
     let folder = tempfile::tempdir().unwrap();

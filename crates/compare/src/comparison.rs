@@ -75,6 +75,9 @@ pub struct Comparison {
     /// Effect of the hysteresis of the detection; `None` without hysteresis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hysteresis: Option<HysteresisEffect>,
+    /// The reference's natural period, s.
+    #[serde(skip)]
+    pub natural_period: f64,
     /// Unit of the velocity tolerance: "rad/s", or "m/s" in translation.
     #[serde(skip)]
     pub velocity_unit: &'static str,
@@ -169,10 +172,21 @@ pub struct Unexplained {
     pub follows: Option<Follows>,
     /// Data that would help to find the cause.
     pub would_tell: Option<String>,
+    /// The samples are too few to name a cause with fitted values.
+    #[serde(skip)]
+    pub too_few_samples: bool,
     /// The closest change; `None` if nothing could be run.
     pub closest: Option<Closest>,
     /// The other causes that were tried, each at its best, the closest first.
     pub ruled_out: Vec<Closest>,
+}
+
+impl Unexplained {
+    /// The closest change, if it removes a part of the difference that is worth a word.
+    pub(super) fn shown_closest(&self) -> Option<Closest> {
+        let closest = self.closest.filter(|closest| closest.explained > 0.01);
+        closest.filter(|_| !self.too_few_samples)
+    }
 }
 
 /// A change of the reference's run that does not reproduce the candidate.
@@ -395,6 +409,7 @@ impl Comparison {
         } else if let Some(unexplained) = &self.unexplained {
             text += match self.out_of_time {
                 Some(_) => "; no cause was found of the difference",
+                None if unexplained.too_few_samples => "; too few samples to name a cause of the difference",
                 None => "; no single cause explains the difference",
             };
             if let Some(difference) = unexplained.difference {
@@ -417,7 +432,7 @@ impl Comparison {
                 }
                 None => {}
             }
-            let closest = unexplained.closest.filter(|closest| closest.explained > 0.01);
+            let closest = unexplained.shown_closest();
             if let Some(Closest {
                 cause,
                 explained,

@@ -458,6 +458,7 @@ impl Reference {
                 .as_ref()
                 .and_then(|states| self.score(states.score.as_ref()?, span)),
             hysteresis: states.as_ref().and_then(|states| states.hysteresis),
+            natural_period: period,
             velocity_unit: physics.vocabulary().unit(Channel::RELATIVE_VELOCITY),
             span: candidate.has_rows().then_some(span),
             interval: survey.interval,

@@ -1,9 +1,9 @@
 //! The verdict of a comparison in short: whether the runs agree or where they part, the likely cause, what to do next.
 
-use super::causes::EXPLAINED;
+use super::causes::{CLOSE, EXPLAINED};
 use super::comparison::{Comparison, Unexplained};
 use super::diagnosis::{CauseKind, percent};
-use super::event_errors::CycleErrors;
+use super::event_errors::{CycleErrors, EventError};
 use super::follows::Follows;
 use super::states::Phase;
 use stickslip_system::record::sequence::{Difference, Fault};
@@ -46,6 +46,12 @@ impl CycleErrors {
         self.is_constant()
             .then(|| format!("constant error: every {} is {by} {side}", self.of))
     }
+}
+
+/// An error of an event, for example "0.14 s early".
+fn off(error: f64) -> String {
+    let side = if error < 0.0 { "early" } else { "late" };
+    format!("{} {side}", seconds(error.abs()))
 }
 
 fn signed(time: f64) -> String {
@@ -104,9 +110,8 @@ impl Comparison {
                 };
                 let cycles = self.cycles.as_ref().and_then(CycleErrors::words);
                 let first = |error: f64| {
-                    let (kind, time, by) = (wrong.kind, wrong.time, seconds(error.abs()));
-                    let side = if error < 0.0 { "early" } else { "late" };
-                    format!("the {kind} at {time:.6} s is {by} {side}")
+                    let (kind, time, off) = (wrong.kind, wrong.time, off(error));
+                    format!("the {kind} at {time:.6} s is {off}")
                 };
                 let first = || wrong.error.map_or_else(|| wrong.words(), first);
                 format!("{text}: {}.", cycles.unwrap_or_else(first))
@@ -133,17 +138,43 @@ impl Comparison {
             Fault::Swapped => "has changed places with its neighbour".to_owned(),
             Fault::Renamed => format!("is a {} instead", first.candidate_kind.unwrap_or("different event")),
         };
-        let before = self.event_errors.events.iter().filter(|event| event.time < first.time);
-        let largest = before.map(|event| event.error.abs()).fold(0.0, f64::max);
-        let before = match first.position {
-            0 => String::new(),
-            count => format!(" The {count} events before it are within {}.", seconds(largest)),
-        };
+        let before = self.before(first.position);
         let (kind, time) = (first.kind, first.time);
         format!(
             "The events part: the {kind} at {time:.9} s {what} ({} missing, {} spurious).{before}",
             self.missing, self.spurious
         )
+    }
+
+    /// The matched events before this position in the reference's word: how close they are, or which goes wrong first.
+    fn before(&self, position: usize) -> String {
+        let before = || {
+            self.event_errors
+                .events
+                .iter()
+                .take_while(|event| event.position < position)
+        };
+        let largest = before().map(|event| event.error.abs()).fold(0.0, f64::max);
+        let tolerance = self.first_wrong.as_ref().map_or(0.0, |wrong| wrong.tolerance);
+        let wrong = |event: &&EventError| event.error.abs() > tolerance.max(event.bound);
+        let wrong = before().find(wrong).filter(|_| largest > CLOSE * self.natural_period);
+        let within = seconds(largest);
+        match (before().count(), wrong) {
+            (0, _) => String::new(),
+            (_, Some(event)) => {
+                let (kind, time) = (event.kind, event.time);
+                let most = match seconds(event.error.abs()) == within {
+                    true => String::new(),
+                    false => format!(", and the largest error is {within}"),
+                };
+                format!(
+                    " Before it, the {kind} at {time:.6} s is already {}{most}.",
+                    off(event.error)
+                )
+            }
+            (1, None) => format!(" The event before it is within {within}."),
+            (count, None) => format!(" The {count} events before it are within {within}."),
+        }
     }
 
     /// Fewest digits of a channel. Where some events match, segments of one run alone are not its states.
@@ -164,6 +195,9 @@ impl Comparison {
         let unexplained = self.unexplained.as_ref()?;
         let mut text = match self.out_of_time {
             Some(_) => "No cause was found in the time that was allowed".to_owned(),
+            None if unexplained.too_few_samples => {
+                "There are too few samples to name a cause of the difference".to_owned()
+            }
             None => "No single cause explains the difference".to_owned(),
         };
         if let Some(begins) = unexplained.begins {
@@ -181,7 +215,7 @@ impl Comparison {
             text += &format!(
                 ". Every event is within one interval of the samples ({interval}), as with events at the ends of steps"
             );
-        } else if let Some(closest) = unexplained.closest.filter(|closest| closest.explained > 0.01) {
+        } else if let Some(closest) = unexplained.shown_closest() {
             let part = percent(closest.explained);
             let why_not = if closest.explained >= EXPLAINED {
                 closest.why_not
@@ -202,6 +236,9 @@ impl Comparison {
     fn next(&self) -> Option<String> {
         let what = match (self.causes.first(), &self.unexplained) {
             (Some(first), _) => advice(first.cause).to_owned(),
+            (None, Some(unexplained)) if unexplained.too_few_samples && self.out_of_time.is_none() => {
+                "write more samples, and compare again".to_owned()
+            }
             (None, Some(_)) if self.within_an_interval().is_some() => advice(CauseKind::EventsLate).to_owned(),
             (
                 None,

@@ -22,6 +22,9 @@ const MOST_EVENTS: (usize, usize) = (3, 50);
 /// period, order 2 changes the frequency by 5e-4.
 const LEAST: f64 = 5e-4;
 
+/// Fewest samples beyond the number of values that are fitted to them.
+const MORE_SAMPLES: usize = 10;
+
 /// Where a run begins.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum TrialStart {
@@ -158,6 +161,17 @@ impl<'a> Evidence<'a> {
     /// Number of the candidate's events, 0 if only its motion up to an onset is known.
     pub fn compared_events(&self) -> usize {
         if self.is_smooth { 0 } else { self.word.len() }
+    }
+
+    /// Whether there are samples, or stated events, enough to name a mistake with this many fitted values. Fewer are
+    /// reproduced by some value of nearly any parameter.
+    pub fn determines(&self, fitted: usize) -> bool {
+        let Some(observation) = self.observation.filter(|_| fitted > 0) else {
+            return true;
+        };
+        let samples = observation.time.partition_point(|time| *time <= self.covered.1);
+        let stated = if self.detected.is_none() { self.word.len() } else { 0 };
+        samples + stated >= fitted + MORE_SAMPLES
     }
 
     /// A parameter of the case in SI; 0 if it has none of this path.

@@ -41,7 +41,7 @@ pub use kick::OtherKick;
 pub use parameters::{Agreement, EventAgreement, FoundBy, OtherNumber, OtherParameters};
 
 pub(crate) use evidence::Evidence;
-pub(crate) use judge::{EXPLAINED, Judged};
+pub(crate) use judge::{CLOSE, EXPLAINED, Judged};
 pub(crate) use kick::JumpPass;
 pub(crate) use motion::Played;
 pub(crate) use observation::{Observation, ObservationPass};
@@ -81,6 +81,14 @@ pub(crate) trait Cause: Debug + Send + Sync {
     /// Number of values that differ, or the complexity of the mistake on that scale. Among mistakes that explain as
     /// much, the one with the least is named.
     fn complexity(&self, evidence: &Evidence<'_>) -> usize;
+
+    /// Number of values that are fitted to the samples. A state is read off one sample.
+    fn fitted(&self, evidence: &Evidence<'_>) -> usize {
+        match self.is_state() {
+            true => 0,
+            false => self.complexity(evidence),
+        }
+    }
 
     /// How well the motion explains the candidate.
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {

@@ -191,6 +191,7 @@ impl Reference {
             watch,
             counts: Default::default(),
             tried: Vec::new(),
+            too_few_samples: false,
         };
         let found = search.find();
         let mut causes = Causes::default();
@@ -222,7 +223,10 @@ impl Reference {
                             });
                         }
                     }
-                    causes.unexplained = Some(self.unexplained(shown, observation.as_ref(), each));
+                    causes.unexplained = Some(Unexplained {
+                        too_few_samples: search.too_few_samples,
+                        ..self.unexplained(shown, observation.as_ref(), each)
+                    });
                 }
             }
         }
@@ -272,6 +276,7 @@ impl Reference {
                 false => Some(lacking.join(", ")),
                 true => sparse.then(|| format!("samples every {dense:.1e} s")),
             },
+            too_few_samples: false,
             closest: tried.next(),
             ruled_out: tried.collect(),
         }

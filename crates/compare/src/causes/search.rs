@@ -55,6 +55,8 @@ pub(crate) struct Search<'a> {
     /// Numbers of mistakes that were tried, and that are to be tried so far.
     pub counts: [AtomicUsize; 2],
     pub tried: Vec<Tried>,
+    /// Mistakes were not tried, because the samples are too few for their values.
+    pub too_few_samples: bool,
 }
 
 /// Result of a search.
@@ -197,7 +199,10 @@ impl Search<'_> {
             if !is_needed(self) {
                 continue;
             }
-            let proposals = propose.iter().flat_map(|propose| propose(self)).collect();
+            let mut proposals: Vec<Proposal> = propose.iter().flat_map(|propose| propose(self)).collect();
+            let all = proposals.len();
+            proposals.retain(|cause| evidence.determines(cause.fitted(evidence)));
+            self.too_few_samples |= proposals.len() < all;
             let mut tried = self.try_all(proposals);
             let is_certain = |tried: &Tried| tried.cause.is_certain(evidence, &tried.judged);
             let certain = |tried: &&Tried| tried.is_cause(evidence) && is_certain(tried);
