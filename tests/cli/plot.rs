@@ -380,7 +380,7 @@ fn cli_modes_draws_its_figure() {
 fn cli_plot_names_many_figures_in_few_lines() {
     let folder = with_run();
     let short = folder.ok("plot paper.h5 --format svg");
-    let listed = folder.json("plot paper.h5 --format svg --json");
+    let listed = folder.json("plot paper.h5 --format svg");
     let count = listed["files"].as_array().unwrap().len();
     let first = format!("{count} figures in figures/, as SVG: paper-");
     let paragraph = short.split("\n\n").next().unwrap();
