@@ -15,12 +15,15 @@ use stickslip_analysis::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use stickslip_analysis::analysis::bands::{Compared, columns, compared_output};
 use stickslip_analysis::analysis::certificate::{Certificate, Verdict};
 use stickslip_analysis::analysis::stability::growth::{Onset, onsets};
-use stickslip_analysis::analysis::{Certified, Certify, CertifyReport, Deadline, SavedRun, Stage, Warning, Written};
-use stickslip_analysis::earlier::spare_run;
-use stickslip_case::{Case, CaseSource, Origin};
+use stickslip_analysis::analysis::{
+    Certified, Certify, CertifyReport, Deadline, SavedRun, Stage, Warning, Written, least_digits,
+};
+use stickslip_analysis::earlier::{spare_certificate, spare_run};
+use stickslip_case::{Case, CaseSource, Origin, builtin};
 use stickslip_files::{FileKind, ResultError, ResultFile, Status, check_target, write_certified};
 use stickslip_oracle as oracle;
 use stickslip_system::model::margin::resistance;
+use stickslip_system::quote::in_shell;
 use stickslip_system::record::{Channels, MemoryRecorder, State};
 
 const ROWS_AT_A_TIME: usize = 65_536;
@@ -73,6 +76,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         FileKind::CertifiedRun,
         &case.resolved(),
     )?;
+    let by_oracle = options.oracle || oracle_decides(case);
+    spare_certificate(&target, overwrite(options.force), by_oracle, None)?;
     let changed = given.changed(&changes);
     if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system)) {
         return Err(Error::input(format!(
@@ -100,6 +105,14 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         Err(_) if stopped() => return interrupted("during the ladder of independent runs", nothing),
         Err(error) => return Err(error),
     };
+    let exact_digits = certified.exact.as_ref().map(least_digits);
+    let digits = exact_digits.or(certified.certificate.least_digits()).unwrap_or(0);
+    spare_certificate(
+        &target,
+        overwrite(options.force),
+        certified.certificate.by_oracle,
+        Some(digits),
+    )?;
     let additions = certified.additions(case);
     write_certified(&result.path, &target, overwrite(options.force), &additions)?;
     drop(result.scratch);
@@ -131,6 +144,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         .filter(|_| !late)
         .map(|(output, _)| output.path().display().to_string());
     report.onsets = &onsets;
+    report.shows_exact = options.oracle;
     report.seconds = clock.elapsed().as_secs_f64();
     tell(common, &report)?;
     let by_ladder = certificate.without_oracle.as_ref();
@@ -149,7 +163,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         ));
     }
     let exact = certified.exact.as_ref();
-    let missing = |digits| shortfall(case, certificate, exact, digits, &given_up);
+    let command = match of_result {
+        true => of_case(&given),
+        false => String::new(),
+    };
+    let missing = |digits| shortfall((case, &command), certificate, exact, digits, &given_up);
     match options.digits.and_then(missing) {
         _ if stopped() => interrupted(
             "while other settings were tried for the digits that are missing",
@@ -170,6 +188,17 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
             strictly(options.strict, &doubts, !common.quiet && said, &target)
         }
     }
+}
+
+/// The command that certifies the case of a result file, to which settings are added.
+fn of_case(given: &GivenCase) -> String {
+    let all = builtin::all();
+    let built_in = all.iter().find(|built_in| built_in.text == given.text);
+    let mut command = format!("stickslip certify {}", built_in.map_or("CASE", |case| case.name));
+    for change in given.changed(&[]) {
+        command += &format!(" --set {}", in_shell(&change.replacen(" = ", "=", 1)));
+    }
+    command
 }
 
 fn not_certified(certificate: &Certificate) -> String {

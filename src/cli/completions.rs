@@ -86,8 +86,13 @@ fn in_nushell() -> Vec<u8> {
     script
 }
 
-/// Writes a manual page for the program and one for each command. Earlier pages are replaced.
+/// Writes a manual page for the program and one for each command. Earlier pages are replaced, other
+/// files are not.
 pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, Error> {
+    if let Some(foreign) = foreign(&options.folder) {
+        let why = "there already, and not a manual page of this program; remove it, or name another folder";
+        return Err(Error::of_file(&foreign, why));
+    }
     let files = &pages(&options.folder).map_err(|(path, error)| {
         Error::computation(format!(
             "{}: the manual pages could not be written: {error}; check the folder and its disk, or name another",
@@ -95,6 +100,20 @@ pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, E
         ))
     })?;
     tell(common, &FilesReport { folder: None, files })
+}
+
+/// A file at the place of a page that is none of this program.
+fn foreign(folder: &Path) -> Option<PathBuf> {
+    let program = Arguments::command();
+    let commands = program
+        .get_subcommands()
+        .map(|command| format!("{NAME}-{}.1", command.get_name()));
+    let mut paths = commands.chain([format!("{NAME}.1")]).map(|name| folder.join(name));
+    paths.find(|path| {
+        let heading = format!(".TH {NAME}");
+        let is_page = |text: &[u8]| text.windows(heading.len()).any(|part| part == heading.as_bytes());
+        path.is_file() && std::fs::read(path).is_ok_and(|text| !is_page(&text))
+    })
 }
 
 fn pages(folder: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {

@@ -761,10 +761,58 @@ fn save(output: &Output, drawing: &Drawing, format: FigureFormat, dpi: f64) -> R
     }
 }
 
+/// Most files that a terminal lists without `-v`.
+const FEW_FILES: usize = 8;
+
+/// Longest list of names on a terminal, characters: about four lines.
+const LONGEST_LIST: usize = 380;
+
+/// Longest line of the list, characters.
+const WIDTH_OF_LIST: usize = 100;
+
+/// Number, folder, formats and the first names of figures.
+fn in_short(files: &[WrittenFigure]) -> String {
+    let paths = || files.iter().map(|written| Path::new(&written.file));
+    let once = |texts: Vec<String>| {
+        let mut seen = std::collections::HashSet::new();
+        let new = texts.into_iter().filter(|text| seen.insert(text.clone()));
+        new.collect::<Vec<_>>()
+    };
+    let part = |text: Option<&std::ffi::OsStr>| text.unwrap_or_default().to_string_lossy().into_owned();
+    let names = once(paths().map(|path| part(path.file_stem())).collect());
+    let formats = once(paths().map(|path| part(path.extension()).to_uppercase()).collect());
+    let folder = paths().next().and_then(Path::parent).unwrap_or(Path::new(""));
+    let folder = folder.join("").display().to_string();
+    let mut text = format!("{} figures in {folder}, as {}:", names.len(), formats.join(" and "));
+    let mut width = text.chars().count();
+    for (number, name) in names.iter().enumerate() {
+        if text.len() + name.len() > LONGEST_LIST {
+            text += &format!(" and {} more (-v lists all)", names.len() - number);
+            break;
+        }
+        let comma = if number + 1 < names.len() { "," } else { "" };
+        let one_more = 1 + name.chars().count() + comma.len();
+        if width + one_more > WIDTH_OF_LIST {
+            text += "\n ";
+            width = 1;
+        }
+        text += &format!(" {name}{comma}");
+        width += one_more;
+    }
+    text
+}
+
 impl Report for PlotReport<'_> {
     fn page(&self) -> Page {
         let (chosen, inputs) = (self.chosen, self.inputs);
         let files = self.files.iter().map(|written| written.file.clone());
+        let (files, page) = match self.files.len() {
+            ..=FEW_FILES => (files.collect(), Page::default()),
+            _ => {
+                let names = files.collect::<Vec<_>>().join("\n");
+                (Vec::new(), Page::default().with(in_short(&self.files)).details([names]))
+            }
+        };
         let missing = chosen
             .not_drawn
             .iter()
@@ -775,11 +823,7 @@ impl Report for PlotReport<'_> {
             .iter()
             .zip(inputs)
             .map(|(sampling, path)| remedy(sampling, path));
-        let page = Page::default()
-            .below(files)
-            .with_all(not_drawn)
-            .below(missing)
-            .with_all(remedy);
+        let page = page.below(files).with_all(not_drawn).below(missing).with_all(remedy);
         chosen.distributions.iter().fold(page, distribution)
     }
 }

@@ -36,6 +36,7 @@ impl Report for CertifyReport<'_> {
         let contradiction = c.contradiction.as_ref().map(|text| format!("contradiction: {text}"));
         let mut page = Page::new(&*self.case.title, below_changes(&self.changed, heading(self)))
             .with(main_numbers(c, found))
+            .below(exact_times(self))
             .with_all(contradiction)
             .details([ladder(&c.ladder)])
             .below(smooth)
@@ -53,6 +54,32 @@ impl Report for CertifyReport<'_> {
         let files = std::iter::once(&self.file).chain(&self.figure);
         page.with(files.cloned().collect::<Vec<_>>().join("\n"))
     }
+}
+
+/// The exact first and last stick, or events if nothing sticks, with all digits that are true.
+fn exact_times(report: &CertifyReport) -> Option<PageTable> {
+    let exact = report.certified.exact.as_ref().filter(|_| report.shows_exact)?;
+    let events = || exact.report.events.iter().enumerate();
+    let mut sticks = events().filter(|(_, event)| event.kind.name() == "stick");
+    let row = |what: &str, index: usize| {
+        let digits = exact.digits_of_event(index);
+        let time = exact.report.events[index].time.to_decimal(digits.max(1) as usize);
+        (format!("exact {what}"), format!("{time} s, {digits} digits"))
+    };
+    let rows: Vec<_> = match (sticks.next(), sticks.next_back()) {
+        (Some((first, _)), Some((last, _))) => vec![row("first stick", first), row("last stick", last)],
+        (Some((only, _)), None) => vec![row("stick", only)],
+        (None, _) => {
+            let (mut all, named) = (events(), |place: &str, kind: &str| format!("{place} event, {kind}"));
+            let first = all.next().map(|(k, event)| row(&named("first", event.kind.name()), k));
+            let last = all
+                .next_back()
+                .map(|(k, event)| row(&named("last", event.kind.name()), k));
+            first.into_iter().chain(last).collect()
+        }
+    };
+    let rows = rows.iter().map(|(what, time)| (what.as_str(), time.clone()));
+    (rows.len() > 0).then(|| PageTable::pairs(rows))
 }
 
 /// Agreement of the methods, the first and the last stick, and what moves the result most.

@@ -513,3 +513,50 @@ fn cli_certify_says_where_digits_are_missing() {
     let advised = r#"certify belt-leine -q --digits 14 --force --set solver.method="series""#;
     folder.ok(advised);
 }
+
+/// A certificate with exact events is replaced by one without them by force only. With `--oracle` the report has the
+/// exact sticks.
+#[test]
+fn cli_certify_keeps_exact_events() {
+    let folder = Folder::new();
+    let exact = folder.ok(&certify("paper-si", &["--oracle"]));
+    let document = folder.ok(&certify("paper-si", &["--oracle", "--json"]));
+    let document = json(&document);
+    let events = document["oracle"]["events"].as_array().unwrap();
+    let mut sticks = events.iter().filter(|event| event["kind"] == "stick");
+    let (first, last) = (sticks.next().unwrap(), sticks.next_back().unwrap());
+    for (stick, name) in [(first, "exact first stick"), (last, "exact last stick")] {
+        let (time, digits) = (stick["time"].as_str().unwrap(), stick["digits"].as_u64().unwrap());
+        assert!(digits >= 20, "{stick}");
+        says(&exact, &[name, &format!("{time} s, {digits} digits")]);
+    }
+    let lines = exact.trim_end().lines().filter(|line| !line.starts_with("changed: "));
+    assert!(lines.count() <= 15, "{exact}");
+    let before = folder.read("paper-si.certified.h5");
+    let (_, stderr) = folder.ends(&certify("paper-si", &["--digits", "5"]), 2);
+    says(
+        &stderr,
+        &["paper-si.certified.h5", "exact events", "--oracle", "--force"],
+    );
+    assert!(folder.read("paper-si.certified.h5") == before);
+    let table = folder.ok(&certify("paper-si", &["--digits", "5", "--force"]));
+    assert!(!table.contains("exact first stick"), "{table}");
+    // With exact events it is a better one.
+    folder.ok(&certify("paper-si", &["--oracle", "-q"]));
+}
+
+/// Settings cannot be added to a result file: the advice names the case.
+#[test]
+fn cli_certify_names_the_case_of_a_result_in_its_advice() {
+    let folder = Folder::new();
+    folder.ok("run belt-leine -q --set output.end_time=40");
+    let (_, stderr) = folder.ends("certify belt-leine.h5 --digits 14", 1);
+    says(
+        &stderr,
+        &[
+            "14 digits were asked for",
+            "stickslip certify belt-leine --set 'output.end_time=40",
+            "solver.method=\"series\"",
+        ],
+    );
+}

@@ -318,7 +318,8 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
         says(&text, &["the event sequences agree", "final stick"]);
         // The report contains every event. It also replaces an earlier report.
         assert!(text.matches("slip").count() > 47);
-        folder.ok(&arguments);
+        let printed = folder.ok(&["compare", "paper.h5", candidate, "--report", name]);
+        assert!(printed.lines().any(|line| line == name), "{printed}");
     }
     let html = std::fs::read_to_string(folder.path("report.html")).unwrap();
     assert!(html.contains("a&amp;b&lt;img&gt;|c") && !html.contains("<img") && !html.contains("http"));

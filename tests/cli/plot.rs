@@ -374,3 +374,22 @@ fn cli_modes_draws_its_figure() {
         folder.refused(&["modes", "--figure", name], &[name]);
     }
 }
+
+/// Many figures are counted and named in a few lines; `-v` lists their files.
+#[test]
+fn cli_plot_names_many_figures_in_few_lines() {
+    let folder = with_run();
+    let short = folder.ok("plot paper.h5 --format svg");
+    let listed = folder.json("plot paper.h5 --format svg");
+    let count = listed["files"].as_array().unwrap().len();
+    let first = format!("{count} figures in figures/, as SVG: paper-");
+    let paragraph = short.split("\n\n").next().unwrap();
+    assert!(paragraph.starts_with(&first), "{short}");
+    assert!(paragraph.lines().count() <= 5, "{short}");
+    assert!(!short.contains(".svg"), "{short}");
+    let long = folder.ok("plot paper.h5 --format svg -v");
+    for file in listed["files"].as_array().unwrap() {
+        let file = file["file"].as_str().unwrap();
+        assert!(long.lines().any(|line| line == file), "{file}: {long}");
+    }
+}

@@ -45,7 +45,10 @@ fn table(titles: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String
 
 /// How an argument is written, with its short form.
 fn written(argument: &Arg) -> String {
-    let long = argument.to_string().replace(['<', '>'], "").replace("...", "");
+    let mut long = argument.to_string().replace("...", "");
+    for name in argument.get_value_names().unwrap_or_default() {
+        long = long.replace(&format!("<{name}>"), name);
+    }
     let short = argument.get_short().map(|short| format!("-{short}, "));
     let short = short.filter(|_| argument.get_long().is_some());
     format!("`{}{}`", short.unwrap_or_default(), cell(&long))

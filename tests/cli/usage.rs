@@ -526,3 +526,17 @@ fn cli_progress_does_not_flash() {
     }
     panic!("no run of less than half a second");
 }
+
+/// A file of another origin at the place of a manual page stays, and no page is written.
+#[test]
+fn cli_man_replaces_its_own_pages_only() {
+    let folder = Folder::new();
+    folder.ok("man pages -q");
+    folder.ok("man pages -q");
+    std::fs::create_dir(folder.path("other")).unwrap();
+    folder.write("other/stickslip-run.1", "mine");
+    let (_, stderr) = folder.ends("man other", 2);
+    assert!(stderr.contains("other/stickslip-run.1: there already"), "{stderr}");
+    assert_eq!(folder.read("other/stickslip-run.1"), b"mine");
+    assert!(!folder.path("other/stickslip.1").exists());
+}

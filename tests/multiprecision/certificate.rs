@@ -172,7 +172,7 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     assert!(true_one.by_oracle && true_one.contradiction.is_none());
     assert_eq!(true_one.verdict, Verdict::Converged);
     let stop = || false;
-    let short = |certificate: &Certificate, digits| shortfall(&case, certificate, Some(&solution), digits, &stop);
+    let short = |certificate: &Certificate, digits| shortfall((&case, ""), certificate, Some(&solution), digits, &stop);
     assert_eq!(short(&true_one, 9), None);
     // A table with more digits than a double holds is the oracle's.
     assert_eq!(short(&true_one, 24), None);

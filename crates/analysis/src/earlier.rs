@@ -4,7 +4,8 @@
 use std::path::Path;
 use stickslip_case::{Difference, differences};
 use stickslip_files::{
-    FileKind, Overwrite, Reason, ResultError, ResultFile, ShardFile, ShardPlan, StudyFile, StudyHeader, schema,
+    AttributeValue, FileKind, Overwrite, Reason, ResultError, ResultFile, ShardFile, ShardPlan, StudyFile, StudyHeader,
+    schema,
 };
 
 /// Most differences that a message lists.
@@ -25,6 +26,64 @@ pub fn spare_run(path: &Path, overwrite: Overwrite, kind: FileKind, resolved: &s
             false => Some(listed(&first)),
         }
     })
+}
+
+/// Refuses to replace the certificate at `path` by a weaker one: one without exact events, or with fewer digits of the
+/// least known event. `by_oracle`: whether the new one has exact events. `digits` are those of the new one; `None`
+/// before they are known.
+///
+/// # Errors
+/// There is a better certificate, and there is no force.
+pub fn spare_certificate(
+    path: &Path,
+    overwrite: Overwrite,
+    by_oracle: bool,
+    digits: Option<u32>,
+) -> Result<(), ResultError> {
+    if overwrite == Overwrite::Force || FileKind::of(path) != Some(FileKind::CertifiedRun) {
+        return Ok(());
+    }
+    let Some((exact, there)) = certificate(path) else {
+        return Ok(());
+    };
+    let better = match digits {
+        _ if exact && !by_oracle => "which has exact events; the new one has none without --oracle".to_owned(),
+        Some(here) if exact == by_oracle && there.is_some_and(|there| there > here) => format!(
+            "which has {} digits of the least known event; the new one has {here}",
+            there.unwrap_or(0)
+        ),
+        _ => return Ok(()),
+    };
+    Err(Reason::Another(format!("a better certificate, {better}")).of(path))
+}
+
+/// Whether the certificate of a file has exact events, and its digits of the least known event.
+fn certificate(path: &Path) -> Option<(bool, Option<u32>)> {
+    let file = ResultFile::open(path).ok()?;
+    let by = file.group_text(schema::group::CERTIFICATE, "uncertainty_by").ok()??;
+    if by == "oracle" {
+        let table = file.text_variable(schema::group::CERTIFICATE, "oracle").ok()??;
+        let times = table.lines().skip(1).filter_map(|line| line.split(',').next());
+        return Some((true, times.map(digits_of).min()));
+    }
+    let group = file.added_group(schema::group::CERTIFICATE, 0).ok()??;
+    let digits = group.attributes.into_iter().find(|(name, _)| name == "digits");
+    match digits {
+        Some((_, AttributeValue::Number(digits))) if digits >= 0.0 => Some((false, Some(digits as u32))),
+        _ => Some((false, None)),
+    }
+}
+
+/// Significant digits of a decimal as it is written.
+fn digits_of(decimal: &str) -> u32 {
+    let mantissa = decimal.split(['e', 'E']).next().unwrap_or_default();
+    let digits = mantissa.chars().filter(char::is_ascii_digit);
+    let significant = digits.skip_while(|digit| *digit == '0').count();
+    match significant {
+        // An exact zero
+        0 => u32::MAX,
+        count => count as u32,
+    }
 }
 
 /// The same for the file of a study, of which `shard` is a part.

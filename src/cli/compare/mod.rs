@@ -23,16 +23,20 @@ struct CompareReport<'a> {
     comparisons: &'a [Comparison],
     /// The failed requirements in words.
     shortfalls: &'a [String],
+    /// The written report.
+    #[serde(skip)]
+    file: Option<String>,
 }
 
 impl Report for CompareReport<'_> {
     fn page(&self) -> Page {
         let mut pages = self.comparisons.iter().map(|c| pages::page(c, pages::Length::Screen));
         let first = pages.next().unwrap_or_default();
-        pages.fold(first, |page, next| {
+        let all = pages.fold(first, |page, next| {
             page.with(format!("{}\n{}", next.title, next.verdict))
                 .with_all(next.parts)
-        })
+        });
+        all.with_all(self.file.clone())
     }
 }
 
@@ -55,7 +59,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
         .iter()
         .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
         .collect();
-    if let Some(target) = report {
+    if let Some(target) = &report {
         let page = |(number, c): (usize, &Comparison)| {
             let mut page = pages::page(c, pages::Length::Whole);
             let figures = figures((&reference, &mapping), c, (&target.output, number));
@@ -77,6 +81,7 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
     let report = CompareReport {
         comparisons: &comparisons,
         shortfalls: &shortfalls,
+        file: report.map(|target| target.output.path().display().to_string()),
     };
     tell(common, &report)?;
     match shortfalls.is_empty() {

@@ -60,9 +60,10 @@ fn too_few_runs(certificate: &Certificate) -> bool {
 }
 
 /// Reports missing digits and a setting that provides them; `None` if none is missing. Candidate settings are tried by
-/// runs and compared with `solution` or certified. Beyond the digits of a double, only the oracle helps.
+/// runs and compared with `solution` or certified. Beyond the digits of a double, only the oracle helps. `command` is
+/// the command that takes the settings, if that is another one than the present; it may be empty.
 pub fn shortfall(
-    case: &Case,
+    (case, command): (&Case, &str),
     certificate: &Certificate,
     solution: Option<&OracleSolution>,
     digits: u32,
@@ -101,7 +102,7 @@ pub fn shortfall(
     }
     let mut tried: Vec<(String, u32)> = Vec::new();
     for solver in candidates(&case.solver) {
-        let setting = setting(&solver, &case.solver);
+        let setting = setting(command, &solver, &case.solver);
         let mut candidate = case.clone();
         candidate.solver = solver;
         let reached = digits_of(&candidate, solution, stop);
@@ -166,8 +167,8 @@ fn candidates(own: &SolverOptions) -> Vec<SolverOptions> {
     candidates
 }
 
-fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
-    let mut keys = Vec::new();
+fn setting(command: &str, candidate: &SolverOptions, own: &SolverOptions) -> String {
+    let mut keys = Vec::from_iter(Some(command.to_owned()).filter(|command| !command.is_empty()));
     if candidate.method != own.method {
         keys.push(format!("--set 'solver.method=\"{}\"'", candidate.method.name()));
     }

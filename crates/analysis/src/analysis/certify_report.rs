@@ -38,6 +38,9 @@ pub struct CertifyReport<'a> {
     pub figure: Option<String>,
     /// First sticks over the tolerance, for the figure.
     pub onsets: &'a [Onset],
+    /// Whether the short report also has exact times, if there is an exact solution.
+    #[serde(skip)]
+    pub shows_exact: bool,
     /// Wall time, s.
     pub seconds: f64,
     title: &'a str,
@@ -113,6 +116,7 @@ impl<'a> CertifyReport<'a> {
             file,
             figure: None,
             onsets: &[],
+            shows_exact: false,
             seconds: f64::NAN,
             title: &case.title,
             certificate: c,
@@ -462,6 +466,12 @@ fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Af
 
 /// The events of the exact solution as CSV. They have the state after each event if the case has the paper's letters,
 /// else the mode.
+/// Digits of the least known exact time, as in the table of the file.
+pub fn least_digits(exact: &OracleSolution) -> u32 {
+    let digits = (0..exact.report.events.len()).map(|index| exact.digits_of_event(index).max(1));
+    digits.min().unwrap_or(exact.digits)
+}
+
 fn csv(has_letters: bool, exact: &OracleSolution) -> String {
     let mut text = String::new();
     for (index, event) in exact.report.events.iter().enumerate() {

@@ -43,7 +43,7 @@ pub mod work_precision;
 pub use attractor::{Attractor, Extremes};
 pub use certificate::{Certificate, certify};
 pub use certification::{Certified, Certify, Stage, Written};
-pub use certify_report::CertifyReport;
+pub use certify_report::{CertifyReport, least_digits};
 pub use exponent::{Exponent, Neighbours};
 pub use headline::{HeadlineRow, headline};
 pub use ladder::Deadline;
