@@ -73,7 +73,7 @@ fn meaning(argument: &Arg) -> String {
     text
 }
 
-fn arguments<'a>(command: &'a Command, global: bool) -> impl Iterator<Item = &'a Arg> {
+fn arguments(command: &Command, global: bool) -> impl Iterator<Item = &Arg> {
     let own = command.get_arguments();
     own.filter(move |one| {
         !one.is_hide_set() && one.is_global_set() == global && !["help", "version"].contains(&one.get_id().as_str())
