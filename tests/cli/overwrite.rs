@@ -126,10 +126,8 @@ fn cli_changes_are_shown() {
     );
     let drawn = folder.json("plot changed.h5 --channel z -o z.svg");
     let title = drawn["files"][0]["title"].as_str().unwrap();
-    assert!(
-        title.contains(&format!("({line}, output.end_time = 0.05 s and 1 more)")),
-        "{title}"
-    );
+    // Overrides of the output change no curve.
+    assert!(title.contains(&format!("({line})")), "{title}");
     // A repeated run keeps them, an override of the same key replaces its line.
     folder.ok("run changed.h5 -q --set friction.decay=5");
     let again = folder.result("changed.repeat.h5").changed();
