@@ -88,10 +88,10 @@ fn unknown_command(name: &str, program: &clap::Command) -> String {
     if let Some(close) = suggest(name, commands.iter().copied()) {
         return format!("there is no command \"{name}\"; did you mean {close}?");
     }
-    if let Some(text) = Known::find(name) {
+    if let Some(text) = KnownText::find(name) {
         return format!("\"{name}\" is {}, not a command: {}", text.what(), text.command(name));
     }
-    let mut built_in = Known::built_in();
+    let mut built_in = KnownText::built_in();
     match suggest(name, built_in.clone().map(|(name, _)| name)) {
         Some(close) => {
             let found = built_in.find(|(name, _)| *name == close);
@@ -107,45 +107,47 @@ fn unknown_command(name: &str, program: &clap::Command) -> String {
 
 /// A case or a study that was given where something else was expected.
 #[derive(Debug, Clone)]
-enum Known {
+enum KnownText {
     BuiltIn(TextKind),
     File(TextKind),
 }
 
-impl Known {
+impl KnownText {
     /// Every built-in case and study.
-    fn built_in() -> impl Iterator<Item = (&'static str, Known)> + Clone {
+    fn built_in() -> impl Iterator<Item = (&'static str, KnownText)> + Clone {
         let cases = builtin::all().into_iter().map(|case| (case.name, TextKind::Case));
         let studies = OF_COMMANDS.into_iter().flat_map(|(command, studies, _)| {
             studies
                 .iter()
                 .map(move |study| (study.name, TextKind::Study(vec![command])))
         });
-        cases.chain(studies).map(|(name, kind)| (name, Known::BuiltIn(kind)))
+        cases
+            .chain(studies)
+            .map(|(name, kind)| (name, KnownText::BuiltIn(kind)))
     }
 
     /// The built-in text of this name, or the TOML file of this path.
-    fn find(name: &str) -> Option<Known> {
+    fn find(name: &str) -> Option<KnownText> {
         let path = Path::new(name);
         if path.is_file() {
             let is_toml = path.extension().is_some_and(|extension| extension == "toml");
             let text = is_toml.then(|| stickslip_case::input::text(path).ok()?.ok())??;
-            return kind_of(&text).map(Known::File);
+            return kind_of(&text).map(KnownText::File);
         }
-        Known::built_in().find(|one| one.0 == name).map(|one| one.1)
+        KnownText::built_in().find(|one| one.0 == name).map(|one| one.1)
     }
 
     fn kind(&self) -> &TextKind {
         match self {
-            Known::BuiltIn(kind) | Known::File(kind) => kind,
+            KnownText::BuiltIn(kind) | KnownText::File(kind) => kind,
         }
     }
 
     /// "a case", "a built-in study".
     fn what(&self) -> String {
         let built_in = match self {
-            Known::BuiltIn(_) => "built-in ",
-            Known::File(_) => "",
+            KnownText::BuiltIn(_) => "built-in ",
+            KnownText::File(_) => "",
         };
         let noun = match self.kind() {
             TextKind::Case => "case",
@@ -166,7 +168,7 @@ impl Known {
 
 /// Refuses a study in place of a case, with the command that computes it.
 pub(super) fn refuse_study(name: &str) -> Result<(), Error> {
-    match Known::find(name).filter(|known| matches!(known.kind(), TextKind::Study(_))) {
+    match KnownText::find(name).filter(|known| matches!(known.kind(), TextKind::Study(_))) {
         Some(study) => Err(Error::input(format!(
             "{name} is {}: {}",
             study.what(),
@@ -178,8 +180,8 @@ pub(super) fn refuse_study(name: &str) -> Result<(), Error> {
 
 /// Finds a study for a command. A case, or a study for another command, is refused with its own.
 pub(super) fn study(name: &str, command: &str, built_in: &[BuiltIn]) -> Result<StudySource, Error> {
-    let fits = |known: &Known| matches!(known.kind(), TextKind::Study(commands) if commands.contains(&command));
-    match Known::find(name).filter(|known| !fits(known)) {
+    let fits = |known: &KnownText| matches!(known.kind(), TextKind::Study(commands) if commands.contains(&command));
+    match KnownText::find(name).filter(|known| !fits(known)) {
         Some(other) => {
             let noun = match other.kind() {
                 TextKind::Case => "",
@@ -201,7 +203,7 @@ pub(super) fn refuse_uncomputed(command: &Command) -> Result<(), Error> {
     let results = command.results().into_iter().filter(|path| !path.is_dir());
     results.into_iter().try_for_each(|path| {
         let name = path.to_string_lossy();
-        let known = Known::find(&name).filter(|_| path.extension().is_none_or(|extension| extension == "toml"));
+        let known = KnownText::find(&name).filter(|_| path.extension().is_none_or(|extension| extension == "toml"));
         if let Some(known) = known {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let why = format!(
@@ -230,7 +232,7 @@ fn written_by(path: &Path) -> Option<String> {
         true => file.to_str()?.to_owned(),
         false => name.to_owned(),
     };
-    let known = Known::find(&given)?;
+    let known = KnownText::find(&given)?;
     let command = match (of_case, known.kind()) {
         (Some(command), TextKind::Case) => format!("stickslip {command} {given}"),
         (None, _) => known.command(&given),

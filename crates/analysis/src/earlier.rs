@@ -2,7 +2,7 @@
 //! settings.
 
 use std::path::Path;
-use stickslip_case::{Difference, differences};
+use stickslip_case::{OtherSetting, differences};
 use stickslip_files::{
     AttributeValue, FileKind, Overwrite, Reason, ResultError, ResultFile, ShardFile, ShardPlan, StudyFile, StudyHeader,
     schema,
@@ -159,7 +159,7 @@ impl EarlierStudy {
 }
 
 /// Differences between overrides in words.
-fn changed(there: &[String], here: &[String]) -> Vec<Difference> {
+fn changed(there: &[String], here: &[String]) -> Vec<OtherSetting> {
     let value = |lines: &[String], key: &str| {
         let found = lines.iter().filter_map(|line| line.split_once(" = "));
         found
@@ -171,18 +171,18 @@ fn changed(there: &[String], here: &[String]) -> Vec<Difference> {
         .iter()
         .chain(there)
         .filter_map(|line| Some(line.split_once(" = ")?.0));
-    let mut found: Vec<Difference> = Vec::new();
+    let mut found: Vec<OtherSetting> = Vec::new();
     for key in keys {
         let (there, here) = (value(there, key), value(here, key));
         if there != here && found.iter().all(|known| known.key != key) {
             let key = key.to_owned();
-            found.push(Difference { key, there, here });
+            found.push(OtherSetting { key, there, here });
         }
     }
     found
 }
 
-fn listed(found: &[Difference]) -> String {
+fn listed(found: &[OtherSetting]) -> String {
     let mut texts: Vec<String> = found.iter().take(LISTED).map(ToString::to_string).collect();
     if found.len() > LISTED {
         texts.push(format!("and {} more", found.len() - LISTED));

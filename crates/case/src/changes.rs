@@ -7,7 +7,7 @@ use std::fmt;
 
 /// A key with its values in two texts; `None` where a text does not set it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Difference {
+pub struct OtherSetting {
     /// Dotted path of the key.
     pub key: String,
     /// Value in the earlier text, with its unit.
@@ -16,9 +16,9 @@ pub struct Difference {
     pub here: Option<String>,
 }
 
-impl fmt::Display for Difference {
+impl fmt::Display for OtherSetting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Difference { key, there, here } = self;
+        let OtherSetting { key, there, here } = self;
         match (there, here) {
             (Some(there), Some(here)) => write!(f, "{key} = {there} there, {here} here"),
             (Some(there), None) => write!(f, "{key} = {there} there, not set here"),
@@ -33,7 +33,7 @@ const WITHOUT_EFFECT: &str = "solver.max_wall_time";
 
 /// Keys whose values differ between two texts of cases or studies, in the order of `here`, then those that only
 /// `there` has. A text that is not TOML has no keys. Units are those of the case `here`.
-pub fn differences(there: &str, here: &str) -> Vec<Difference> {
+pub fn differences(there: &str, here: &str) -> Vec<OtherSetting> {
     if there == here {
         return Vec::new();
     }
@@ -57,7 +57,7 @@ pub fn differences(there: &str, here: &str) -> Vec<Difference> {
                 [Some(there), Some(here)] => there == here,
                 _ => there == here,
             };
-            (!is_same).then(|| Difference {
+            (!is_same).then(|| OtherSetting {
                 key: key.clone(),
                 there,
                 here,

@@ -37,7 +37,7 @@ impl StudyKey {
 
 /// A table of study files.
 #[derive(Debug, Clone, Copy)]
-pub struct StudyTable {
+pub struct StudyKeyTable {
     /// Commands whose studies have the table.
     pub commands: &'static str,
     /// Name, with `[]` for an array of tables; empty for the keys outside tables.
@@ -47,10 +47,10 @@ pub struct StudyTable {
 }
 
 /// All tables of study files.
-pub fn tables() -> Vec<StudyTable> {
+pub fn tables() -> Vec<StudyKeyTable> {
     const ALL: &str = "sweep, calibrate, continue, work-precision";
     let of = |commands, own: &[(&'static str, &'static [StudyKey])]| {
-        let tables = own.iter().map(|&(name, keys)| StudyTable { commands, name, keys });
+        let tables = own.iter().map(|&(name, keys)| StudyKeyTable { commands, name, keys });
         tables.collect::<Vec<_>>()
     };
     [

@@ -8,7 +8,7 @@ mod reading;
 
 pub(crate) use head::{PROBES, check_points, hash_of, written};
 pub use head::{StudyHead, StudySource};
-pub use keys::{StudyKey, StudyTable, tables};
+pub use keys::{StudyKey, StudyKeyTable, tables};
 pub use kind::{TextKind, kind_of};
 pub(crate) use reading::{StudyReader, plain};
 

@@ -259,9 +259,9 @@ fn normal_quantile(share: f64) -> f64 {
 }
 
 /// Coefficients of a numerator and of a denominator, which ends in 1.
-type Coefficients = ([f64; 8], [f64; 7]);
+type RationalCoefficients = ([f64; 8], [f64; 7]);
 
-const CENTRE: Coefficients = (
+const CENTRE: RationalCoefficients = (
     [
         2_509.080_928_730_122_7,
         33_430.575_583_588_13,
@@ -283,7 +283,7 @@ const CENTRE: Coefficients = (
     ],
 );
 
-const SIDES: Coefficients = (
+const SIDES: RationalCoefficients = (
     [
         0.000_774_545_014_278_341_4,
         0.022_723_844_989_269_184,
@@ -305,7 +305,7 @@ const SIDES: Coefficients = (
     ],
 );
 
-const TAILS: Coefficients = (
+const TAILS: RationalCoefficients = (
     [
         2.010_334_399_292_288_1e-07,
         2.711_555_568_743_487_6e-05,
