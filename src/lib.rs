@@ -63,7 +63,7 @@ pub use stickslip_system::{friction, model, numerics, record, signal};
 pub use stickslip_analysis::{Certify, SavedRun, Sweep};
 pub use stickslip_compare::Reference;
 pub use stickslip_engine::Run;
-pub use stickslip_system::watch::Watch;
+pub use stickslip_system::watch::{Watch, go_on_unless};
 
 /// States the commit of this build (`git rev-parse --short HEAD`, with `+dirty` after local changes) in the files that are written from
 /// now on: `program_commit` of /meta. The program and the Python module call it first. Without it, files say `unknown`.

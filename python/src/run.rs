@@ -225,11 +225,7 @@ impl Run {
             let text = "this run is in a file already; copy that".to_owned();
             return Err(exception(py, "InputError", text));
         };
-        let overwrite = if replace {
-            Overwrite::Force
-        } else {
-            Overwrite::OwnResults
-        };
+        let overwrite = Overwrite::by_force(replace);
         let mut borrowed = Vec::new();
         for (group, columns) in &self.tables {
             let mut of_table = Vec::new();

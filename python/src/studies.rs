@@ -7,21 +7,25 @@ use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use stickslip::Error;
+use stickslip::case::builtin::BuiltIn;
 use stickslip::case::{CaseError, Override};
 use stickslip::continuation::{CONTINUATIONS, Continuation, ContinuationStudy};
 use stickslip::results::Overwrite;
 use stickslip::sweep::{STUDIES, Study, StudySource, Sweep, journal_path};
 
-fn overrides(settings: &[String]) -> Result<Vec<Override>, CaseError> {
-    settings.iter().map(|setting| Override::parse(setting)).collect()
-}
-
-fn overwrite(replace: bool) -> Overwrite {
-    if replace {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    }
+/// Finds and parses a study, the name of one of `built_in` or a path, with overrides of its base case.
+fn study_of<T>(
+    py: Python<'_>,
+    (name, built_in): (&str, &[BuiltIn]),
+    settings: &[String],
+    parse: fn(StudySource, &[Override]) -> Result<T, CaseError>,
+) -> PyResult<T> {
+    let parsed = || {
+        let overrides: Result<Vec<Override>, CaseError> =
+            settings.iter().map(|setting| Override::parse(setting)).collect();
+        parse(StudySource::find(name, built_in)?, &overrides?)
+    };
+    parsed().map_err(|error| of_command(py, &error.into()))
 }
 
 /// A failed computation; with a journal it says how to go on.
@@ -60,13 +64,11 @@ pub fn sweep(
     progress: Option<Py<PyAny>>,
     tasks: Option<Py<PyAny>>,
 ) -> PyResult<u64> {
-    let run =
-        || -> Result<Study, CaseError> { Study::parse(StudySource::find(study, STUDIES)?, &overrides(&settings)?) };
-    let study = run().map_err(|error| of_command(py, &error.into()))?;
+    let study = study_of(py, (study, STUDIES), &settings, Study::parse)?;
     let mut tasks = tasks.map(Tasks);
     let report = interruptible(py, progress, |watch| {
         let mut sweep = Sweep::new(&study, &path)
-            .overwrite(overwrite(replace))
+            .overwrite(Overwrite::by_force(replace))
             .resume(resume)
             .watch(&*watch);
         if let Some(jobs) = jobs {
@@ -101,12 +103,9 @@ pub fn follow(
     resume: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
-    let run = || -> Result<ContinuationStudy, CaseError> {
-        ContinuationStudy::parse(StudySource::find(study, CONTINUATIONS)?, &overrides(&settings)?)
-    };
-    let study = run().map_err(|error| of_command(py, &error.into()))?;
+    let study = study_of(py, (study, CONTINUATIONS), &settings, ContinuationStudy::parse)?;
     let (report, stopped) = interruptible(py, progress, |watch| {
-        let run = Continuation::new(&study, &path).overwrite(overwrite(replace));
+        let run = Continuation::new(&study, &path).overwrite(Overwrite::by_force(replace));
         let report = run.resume(resume).watch(&*watch).start().map_err(Error::from);
         (report, watch.stop.load(Ordering::Relaxed))
     })?;

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use stickslip::Watch;
+use stickslip::{Watch, go_on_unless};
 
 /// Signals are looked for so often.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -60,10 +60,7 @@ impl Watch for Signals {
     }
 
     fn at(&self, done: f64, of: f64, _what: Arguments<'_>) -> ControlFlow<()> {
-        match self.look(Some((done, of))) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(self.look(Some((done, of))))
     }
 }
 
@@ -89,10 +86,7 @@ impl Watch for Handle {
 
     fn at(&self, done: f64, of: f64, _what: Arguments<'_>) -> ControlFlow<()> {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some((done as u64, of as u64));
-        match self.stopped() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(self.stopped())
     }
 }
 

@@ -213,24 +213,34 @@ impl Command {
 }
 
 impl Command {
-    /// The results that the command reads; of candidates of other solvers none.
-    pub fn results(&self) -> Vec<&Path> {
+    /// The case or the study that the command computes, and the name of the command if it takes a study.
+    pub fn given(&self) -> Option<(&str, Option<&'static str>)> {
         match self {
             Command::Run(RunOptions { case, .. })
             | Command::Certify(CertifyOptions { case, .. })
             | Command::Modes(ModesOptions { case, .. })
-            | Command::Cycle(CycleOptions { case, .. })
-                if case.ends_with(".h5") =>
-            {
-                vec![Path::new(case)]
-            }
+            | Command::Cycle(CycleOptions { case, .. }) => Some((case, None)),
+            Command::Sweep(o) => Some((&o.study, Some("sweep"))),
+            Command::Continue(o) => Some((&o.study, Some("continue"))),
+            Command::Calibrate(o) => Some((&o.study, Some("calibrate"))),
+            Command::WorkPrecision(o) => Some((&o.study, Some("work-precision"))),
+            _ => None,
+        }
+    }
+
+    /// The results that the command reads; of candidates of other solvers none.
+    pub fn results(&self) -> Vec<&Path> {
+        match self {
             Command::Compare(o) => vec![&o.reference],
             Command::Inspect(o) => vec![&o.file],
             Command::Check(o) => vec![&o.file],
             Command::Export(o) => vec![&o.file],
             Command::Merge(o) => o.shards.iter().map(PathBuf::as_path).collect(),
             Command::Plot(o) => o.files.iter().map(PathBuf::as_path).collect(),
-            _ => Vec::new(),
+            _ => match self.given() {
+                Some((case, None)) if case.ends_with(".h5") => vec![Path::new(case)],
+                _ => Vec::new(),
+            },
         }
     }
 }

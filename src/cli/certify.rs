@@ -1,7 +1,7 @@
 //! `stickslip certify`: how many digits of a result are true.
 
 use super::arguments::{CertifyOptions, Common};
-use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides, overwrite};
+use super::input::{GivenCase, Scratch, interrupt_flag, output_of, overrides};
 use super::plot::{self, FigureOutput, figure_output};
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, complain, interrupted, strictly, tell};
@@ -20,7 +20,7 @@ use stickslip_analysis::analysis::{
 };
 use stickslip_analysis::earlier::{spare_certificate, spare_run};
 use stickslip_case::{Case, CaseSource, Origin, builtin};
-use stickslip_files::{FileKind, ResultError, ResultFile, Status, check_target, write_certified};
+use stickslip_files::{FileKind, Overwrite, ResultError, ResultFile, Status, check_target, write_certified};
 use stickslip_oracle as oracle;
 use stickslip_system::model::margin::resistance;
 use stickslip_system::quote::in_shell;
@@ -69,15 +69,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         ));
     }
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
-    check_target(&target, overwrite(options.force), &given.files)?;
-    spare_run(
-        &target,
-        overwrite(options.force),
-        FileKind::CertifiedRun,
-        &case.resolved(),
-    )?;
+    let overwrite = Overwrite::by_force(options.force);
+    check_target(&target, overwrite, &given.files)?;
+    spare_run(&target, overwrite, FileKind::CertifiedRun, &case.resolved())?;
     let by_oracle = options.oracle || oracle_decides(case);
-    spare_certificate(&target, overwrite(options.force), by_oracle, None)?;
+    spare_certificate(&target, overwrite, by_oracle, None)?;
     let changed = given.changed(&changes);
     if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system)) {
         return Err(Error::input(format!(
@@ -107,14 +103,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     };
     let exact_digits = certified.exact.as_ref().map(least_digits);
     let digits = exact_digits.or(certified.certificate.least_digits()).unwrap_or(0);
-    spare_certificate(
-        &target,
-        overwrite(options.force),
-        certified.certificate.by_oracle,
-        Some(digits),
-    )?;
+    spare_certificate(&target, overwrite, certified.certificate.by_oracle, Some(digits))?;
     let additions = certified.additions(case);
-    write_certified(&result.path, &target, overwrite(options.force), &additions)?;
+    write_certified(&result.path, &target, overwrite, &additions)?;
     drop(result.scratch);
     let certificate = &certified.certificate;
     if let Some(stage) = certified.interrupted {

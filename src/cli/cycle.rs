@@ -1,7 +1,7 @@
 //! `stickslip cycle`: finds a periodic motion; `stickslip certify` for its file.
 
 use super::arguments::{CertifyOptions, Common, CycleOptions, SearchFrom};
-use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
+use super::input::{GivenCase, interrupt_flag, output_of, overrides};
 use super::{CommandEnd, interrupted, tell};
 use crate::Error;
 use crate::report::{CycleCertificateReport, CycleReport};
@@ -13,7 +13,9 @@ use stickslip_analysis::continuation::{Special, Stored};
 use stickslip_analysis::cycle::{CycleSearch, Family, From, certify as by_oracle, find, from_file, refine};
 use stickslip_analysis::earlier::spare_run;
 use stickslip_case::{Case, CaseSource, Override, WrittenCase};
-use stickslip_files::{FileKind, ResultFile, check_sound, check_target, is_hdf5, schema::group, write_certified};
+use stickslip_files::{
+    FileKind, Overwrite, ResultFile, check_sound, check_target, is_hdf5, schema::group, write_certified,
+};
 use stickslip_oracle as oracle;
 
 enum CycleTask {
@@ -91,22 +93,18 @@ fn of_branch(path: &Path, place: Option<(usize, usize)>, options: &CycleOptions)
             "branch {number} is of steady sliding, which has no period; {command} --set {key} describes it"
         ));
     }
-    // A key that is given twice as an option is an error; the point's value replaces that of the continuation's settings.
-    overrides(&options.set, None)?;
-    let all = settings
-        .iter()
-        .cloned()
-        .chain(numbers)
-        .chain(options.keys.over(&options.set));
-    let all: Vec<String> = all.collect();
-    let keys = all.iter().map(|setting| Ok(Override::parse(setting)?.key().to_owned()));
-    let keys = keys.collect::<Result<Vec<String>, Error>>()?;
-    let set = all.into_iter().enumerate();
-    let set = set
-        .filter(|(at, _)| !keys[at + 1..].contains(&keys[*at]))
-        .map(|(_, setting)| setting);
+    let given = options.keys.over(&options.set);
+    // A key that is given twice as an option is an error.
+    overrides(&given, None)?;
+    // The point's value replaces that of the continuation's settings, and an option replaces both.
+    let mut set: Vec<(String, String)> = Vec::new();
+    for setting in settings.iter().cloned().chain(numbers).chain(given) {
+        let key = Override::parse(&setting)?.key().to_owned();
+        set.retain(|(known, _)| *known != key);
+        set.push((key, setting));
+    }
     Ok(Wanted {
-        set: set.collect(),
+        set: set.into_iter().map(|(_, setting)| setting).collect(),
         given: GivenCase::of_result(path, text.clone(), Vec::new()),
         task: CycleTask::Refine(
             branch.multiple.unwrap_or(1),
@@ -127,7 +125,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     let changed = given.changed(&changes);
     let written = WrittenCase::read(&given.source, &changes)?;
     let path = output_of(&given.source, options.output.as_deref(), &suffix)?;
-    check_target(&path, overwrite(options.force), &given.files)?;
+    check_target(&path, Overwrite::by_force(options.force), &given.files)?;
     let stop = interrupt_flag()?;
     let allowed = written.case().solver.max_wall_time;
     let deadline = Deadline::after(Instant::now(), allowed);
@@ -160,7 +158,7 @@ pub(super) fn cycle(options: &CycleOptions, common: &Common) -> Result<CommandEn
     let saved = SavedRun::new(&case, &path)
         .text(&case.resolved())
         .changed(changed.clone())
-        .overwrite(overwrite(options.force))
+        .overwrite(Overwrite::by_force(options.force))
         .inputs(&given.files)
         .additions(&additions)
         .watch(&*stop)
@@ -219,16 +217,12 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
     let files = [path.to_owned()];
     let source = CaseSource::result(path, String::new());
     let target = output_of(&source, options.output.as_deref(), ".certified.h5")?;
-    check_target(&target, overwrite(options.force), &files)?;
+    let overwrite = Overwrite::by_force(options.force);
+    check_target(&target, overwrite, &files)?;
     let stop = interrupt_flag()?;
     let stopped = || stop.load(Ordering::Relaxed);
     let file = ResultFile::open(path)?;
-    spare_run(
-        &target,
-        overwrite(options.force),
-        FileKind::CertifiedCycle,
-        &file.resolved()?,
-    )?;
+    spare_run(&target, overwrite, FileKind::CertifiedCycle, &file.resolved()?)?;
     let found = from_file(&file, &stopped);
     drop(file);
     let (family, orbit, origin) = match found {
@@ -244,7 +238,7 @@ pub(super) fn certify(path: &Path, options: &CertifyOptions, common: &Common) ->
         }
         other => other.map_err(Error::computation)?,
     };
-    write_certified(path, &target, overwrite(options.force), &certificate.additions())?;
+    write_certified(path, &target, overwrite, &certificate.additions())?;
     let report = CycleCertificateReport {
         status: "complete",
         file: target.display().to_string(),

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use stickslip_analysis::SavedRun;
 use stickslip_case::{CaseError, CaseSource, Origin, Override, changed};
 use stickslip_compare::{CompareError, Mapping, Reference};
-use stickslip_files::{Overwrite, is_hdf5, open_sound};
+use stickslip_files::{is_hdf5, open_sound};
 
 const STANDARD_INPUT: &str = "-";
 
@@ -25,7 +25,6 @@ pub(super) struct GivenCase {
 impl GivenCase {
     /// Reads a file, a result whose case is repeated, or a built-in case.
     pub fn read(case: &str) -> Result<GivenCase, Error> {
-        super::usage::refuse_study(case)?;
         let path = Path::new(case);
         let (mut text, mut changed) = (None, Vec::new());
         let source = if case == STANDARD_INPUT {
@@ -106,13 +105,6 @@ pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str)
              example -o result.h5",
         )),
         (None, _) => Ok(PathBuf::from(format!("{}{suffix}", source.name()))),
-    }
-}
-
-pub(super) fn overwrite(force: bool) -> Overwrite {
-    match force {
-        true => Overwrite::Force,
-        false => Overwrite::OwnResults,
     }
 }
 

@@ -148,7 +148,8 @@ pub fn execute(arguments: Arguments) -> Result<CommandEnd, Error> {
 fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
     refuse_standard_output(&command)?;
     usage::refuse_uncomputed(&command)?;
-    match command {
+    let given = command.given().map(|(name, command)| (name.to_owned(), command));
+    let end = match command {
         Command::Run(options) => run::run(&options, common),
         Command::Certify(options) => certify::certify(&options, common),
         Command::Compare(options) => compare::compare(&options, common),
@@ -166,7 +167,11 @@ fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
         Command::Case(options) => case::case(&options, common),
         Command::Completions(options) => completions::completions(&options, common),
         Command::Man(options) => completions::man(&options, common),
-    }
+    };
+    end.map_err(|error| match &given {
+        Some((name, command)) if error.is_input() => usage::explained(error, (name, *command)),
+        _ => error,
+    })
 }
 
 /// Writes to standard output, without control characters. A closed pipe (`stickslip case paper | head`) is no error.

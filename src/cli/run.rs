@@ -1,7 +1,7 @@
 //! `stickslip run`: runs a case, and writes the result file.
 
 use super::arguments::{Common, RunOptions};
-use super::input::{GivenCase, interrupt_flag, output_of, overrides, overwrite};
+use super::input::{GivenCase, interrupt_flag, output_of, overrides};
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, complain, interrupted, strictly, tell};
 use crate::Error;
@@ -9,6 +9,7 @@ use crate::report::RunSummary;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
+use stickslip_files::Overwrite;
 
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
@@ -32,7 +33,9 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, E
     let saving = SavedRun::new(case, &path).text(&given.text).inputs(&given.files);
     let changed = given.changed(&changes);
     let saving = saving.changed(changed.clone());
-    let saving = saving.overwrite(overwrite(options.force)).witness(!options.no_witness);
+    let saving = saving
+        .overwrite(Overwrite::by_force(options.force))
+        .witness(!options.no_witness);
     let result = watched(common, BarKind::Share, &stop, |bar| saving.watch(bar).start());
     let SavedReport {
         file,

@@ -1,10 +1,10 @@
 //! Commands that compute a study: `stickslip sweep`, `calibrate`, `continue` and `work-precision`.
 
 use super::arguments::{CalibrateOptions, Common, ContinueOptions, FigureFormat, SweepOptions, WorkPrecisionOptions};
-use super::input::{interrupt_flag, overrides, overwrite};
+use super::input::{interrupt_flag, overrides};
 use super::plot::{self, FigureOutput};
 use super::progress::{BarKind, watched};
-use super::{CommandEnd, interrupted, strictly, tell, usage};
+use super::{CommandEnd, interrupted, strictly, tell};
 use crate::Error;
 use crate::output::{Output, Product};
 use crate::plot::{accuracy, signature};
@@ -19,7 +19,7 @@ use stickslip_analysis::continuation::{CONTINUATIONS, Continuation, Continuation
 use stickslip_analysis::sweep::{STUDIES, Shard, Study, StudySource, Sweep, journal_path};
 use stickslip_engine::workers::processors;
 use stickslip_files::disk::same_file;
-use stickslip_files::{Reason, check_target};
+use stickslip_files::{Overwrite, Reason, check_target};
 
 /// Environment variables with the number of MPI processes, of Open MPI and of MPICH and its relatives.
 const MPI_SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
@@ -47,15 +47,14 @@ fn file_of(named: Option<&PathBuf>, study: &StudySource, shard: Option<Shard>) -
 
 pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<CommandEnd, Error> {
     refuse_ranks(options)?;
-    let source = usage::study(&options.study, "sweep", STUDIES)?;
-    let study = Study::parse(source, &options.runs.overrides()?)?;
+    let study = Study::parse(StudySource::find(&options.study, STUDIES)?, &options.runs.overrides()?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, options.shard);
     let jobs = options.runs.jobs.unwrap_or_else(processors);
     let stop = interrupt_flag()?;
     let clock = Instant::now();
     let result = watched(common, BarKind::Points, &stop, |bar| {
         Sweep::new(&study, &path)
-            .overwrite(overwrite(options.force))
+            .overwrite(Overwrite::by_force(options.force))
             .resume(options.resume)
             .shard(options.shard)
             .workers(jobs)
@@ -123,13 +122,13 @@ fn resumable(error: stickslip_analysis::Error, path: &Path) -> Error {
 }
 
 pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let source = usage::study(&options.study, "continue", CONTINUATIONS)?;
+    let source = StudySource::find(&options.study, CONTINUATIONS)?;
     let study = ContinuationStudy::parse(source, &overrides(&options.keys.over(&options.set), None)?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, None);
     let stop = interrupt_flag()?;
     let clock = Instant::now();
     let result = watched(common, BarKind::Branches, &stop, |bar| {
-        let run = Continuation::new(&study, &path).overwrite(overwrite(options.force));
+        let run = Continuation::new(&study, &path).overwrite(Overwrite::by_force(options.force));
         run.resume(options.resume).watch(bar).start()
     });
     let wall_time = clock.elapsed().as_secs_f64();
@@ -150,7 +149,7 @@ pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result
 }
 
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let source = usage::study(&options.study, "calibrate", CALIBRATIONS)?;
+    let source = StudySource::find(&options.study, CALIBRATIONS)?;
     let study = CalibrationStudy::parse(source, &options.runs.overrides()?)?;
     let path = file_of(options.output.as_ref(), &study.runs.head.source, None);
     // Set before the file is created, so that an interruption ends the calibration cleanly from then on.
@@ -166,7 +165,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<C
     let jobs = options.runs.jobs.unwrap_or_else(processors);
     let clock = Instant::now();
     let result = watched(common, BarKind::Parts, &stop, |bar| {
-        let run = CalibrationRun::new(&study, &path).overwrite(overwrite(options.force));
+        let run = CalibrationRun::new(&study, &path).overwrite(Overwrite::by_force(options.force));
         run.workers(jobs).watch(bar).start()
     });
     let wall_time = clock.elapsed().as_secs_f64();
@@ -210,17 +209,16 @@ fn write_case(output: &Output, study: &CalibrationStudy, calibration: &Calibrati
 }
 
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<CommandEnd, Error> {
-    let source = usage::study(&options.study, "work-precision", work_precision::STUDIES)?;
-    let study = PrecisionStudy::parse(source)?;
+    let study = PrecisionStudy::parse(StudySource::find(&options.study, work_precision::STUDIES)?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, None);
     // Everything is checked before minutes of computation, and before a folder is made.
     let stop = interrupt_flag()?;
-    check_target(&path, overwrite(options.force), &study.head.files)?;
+    check_target(&path, Overwrite::by_force(options.force), &study.head.files)?;
     let figures = options.figure.as_deref();
     let figures = figures.map(|folder| figure_outputs(folder, options.force, &study.head.files, &path));
     let figures = figures.transpose()?.unwrap_or_default();
     let result = watched(common, BarKind::Parts, &stop, |bar| {
-        let run = PrecisionRun::new(&study, &path).overwrite(overwrite(options.force));
+        let run = PrecisionRun::new(&study, &path).overwrite(Overwrite::by_force(options.force));
         run.watch(bar).start()
     });
     let (file, result) = match result {

@@ -7,8 +7,7 @@ use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::study::{TextKind, kind_of};
-use stickslip_analysis::sweep::StudySource;
-use stickslip_case::builtin::{self, BuiltIn};
+use stickslip_case::builtin;
 use stickslip_case::{schema, suggest, train_keys};
 
 /// Message for arguments that could not be parsed, without a prefix; the usage of the command is below it.
@@ -166,35 +165,19 @@ impl KnownText {
     }
 }
 
-/// Refuses a study in place of a case, with the command that computes it.
-pub(super) fn refuse_study(name: &str) -> Result<(), Error> {
-    match KnownText::find(name).filter(|known| matches!(known.kind(), TextKind::Study(_))) {
-        Some(study) => Err(Error::input(format!(
-            "{name} is {}: {}",
-            study.what(),
-            study.command(name)
-        ))),
-        None => Ok(()),
-    }
-}
-
-/// Finds a study for a command. A case, or a study for another command, is refused with its own.
-pub(super) fn study(name: &str, command: &str, built_in: &[BuiltIn]) -> Result<StudySource, Error> {
-    let fits = |known: &KnownText| matches!(known.kind(), TextKind::Study(commands) if commands.contains(&command));
-    match KnownText::find(name).filter(|known| !fits(known)) {
-        Some(other) => {
-            let noun = match other.kind() {
-                TextKind::Case => "",
-                TextKind::Study(_) => " for another command",
-            };
-            Err(Error::input(format!(
-                "{name} is {}{noun}: {}",
-                other.what(),
-                other.command(name)
-            )))
-        }
-        None => Ok(StudySource::find(name, built_in)?),
-    }
+/// The input error of a command that was `given` a case or a study ([`Command::given`]). If that is a study in place of a
+/// case, a case in place of a study, or a study for another command, the error names the right command instead.
+pub(super) fn explained(error: Error, (name, command): (&str, Option<&str>)) -> Error {
+    let Some(known) = KnownText::find(name) else {
+        return error;
+    };
+    let noun = match (known.kind(), command) {
+        (TextKind::Case, None) => return error,
+        (TextKind::Study(commands), Some(command)) if commands.contains(&command) => return error,
+        (TextKind::Study(_), Some(_)) => " for another command",
+        _ => "",
+    };
+    Error::input(format!("{name} is {}{noun}: {}", known.what(), known.command(name)))
 }
 
 /// Refuses a case or a study in place of its result, and a result that was not computed yet, with the command that

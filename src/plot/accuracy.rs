@@ -1,15 +1,12 @@
 //! Figures of `stickslip work-precision` and of `stickslip certify --figure`.
 
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, TIP_DOWN, drawn, extent};
+use super::figure::{Axis, BELOW_LEAST_ERROR, Curve, CurveStyle, Figure, LEAST_ERROR, Panel, TIP_DOWN, drawn, extent};
 use super::style::{BLACK, BLUE, GREEN, GREY, OLIVE, ORANGE, PALETTE, PURPLE, SKY, VERMILLION, WINE};
 use crate::Error;
 use plotters::style::RGBColor;
 use std::path::Path;
 use stickslip_analysis::analysis::stability::growth::{METHODS, Onset};
 use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, StudyResult};
-
-/// Smallest drawn error, s, below any uncertainty of seconds in doubles. Zero has no logarithm.
-const LEAST: f64 = 1e-16;
 
 /// Name of the figure and its files.
 pub const WORK_PRECISION: &str = "work-precision";
@@ -53,9 +50,9 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
                 points.iter().copied().filter(|point| chosen(point.1)).collect()
             };
             let told = of(&|error| error > uncertainty);
-            let untold = of(&|error| error <= uncertainty && error >= LEAST);
-            let below = of(&|error| error <= uncertainty && error < LEAST);
-            let at_floor = |points: Vec<(f64, f64)>| points.into_iter().map(|(x, y)| (x, y.max(LEAST))).collect();
+            let untold = of(&|error| error <= uncertainty && error >= LEAST_ERROR);
+            let below = of(&|error| error <= uncertainty && error < LEAST_ERROR);
+            let at_floor = |points: Vec<(f64, f64)>| points.into_iter().map(|(x, y)| (x, y.max(LEAST_ERROR))).collect();
             let below: Vec<(f64, f64)> = at_floor(below);
             curves.push(Curve::line(&s.label, color, at_floor(points)).styled(style));
             curves.push(Curve::line("", color, told).styled(CurveStyle::Points));
@@ -65,14 +62,16 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
             without.extend(below);
         }
         // Names for the marks of all methods, below those.
-        let mut all = vec![
+        let of_all = [
             Curve::line("within uncertainty", BLACK, within).styled(CurveStyle::OpenPoints),
-            Curve::line("below 10⁻¹⁶ s", BLACK, without).styled(CurveStyle::Marks(TIP_DOWN)),
+            Curve::line(BELOW_LEAST_ERROR, BLACK, without).styled(CurveStyle::Marks(TIP_DOWN)),
         ];
-        all.append(&mut curves);
-        let mut curves = all;
+        curves.splice(0..0, of_all);
         let (low, high) = extent(curves.iter().flat_map(Curve::points).map(|point| point.0)).unwrap_or((1.0, 10.0));
-        let line = vec![(low, uncertainty.max(LEAST)), (high, uncertainty.max(LEAST))];
+        let line = vec![
+            (low, uncertainty.max(LEAST_ERROR)),
+            (high, uncertainty.max(LEAST_ERROR)),
+        ];
         curves.push(Curve::line("uncertainty of reference", GREY, line).styled(CurveStyle::Dashed));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };

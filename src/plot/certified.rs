@@ -1,7 +1,7 @@
 //! Figures of a certificate: uncertainties of events, and error bands of channels.
 
 use super::entry::{CatalogueEntry, Drawn, FigureForm, Subject, entry};
-use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel, TIP_DOWN, drawn};
+use super::figure::{Area, Axis, BELOW_LEAST_ERROR, Curve, CurveStyle, Figure, LEAST_ERROR, Panel, TIP_DOWN, drawn};
 use super::own::time_axis;
 use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
 use stickslip_files::AddedGroup;
@@ -19,9 +19,6 @@ pub const ENTRIES: &[CatalogueEntry] = &[
         FigureForm::Own(bands),
     ),
 ];
-
-/// Smallest drawn uncertainty, s, about the spacing of doubles at the times. Zero has no logarithm.
-const LEAST: f64 = 1e-16;
 
 const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
 
@@ -42,15 +39,21 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
         let numbers = values.iter().enumerate().filter(|(_, value)| value.is_finite());
         numbers.map(|(k, value)| (k as f64, value.abs())).collect()
     };
-    let (points, below): (Vec<_>, Vec<_>) = numbered(&uncertainty).into_iter().partition(|point| point.1 >= LEAST);
-    let below: Vec<(f64, f64)> = below.into_iter().map(|(k, _)| (k, LEAST)).collect();
+    let (points, below): (Vec<_>, Vec<_>) = numbered(&uncertainty)
+        .into_iter()
+        .partition(|point| point.1 >= LEAST_ERROR);
+    let below: Vec<(f64, f64)> = below.into_iter().map(|(k, _)| (k, LEAST_ERROR)).collect();
     if points.is_empty() && below.is_empty() {
         return Err("no event of its certificate is converged, so none has an uncertainty".into());
     }
     let mut curves = Vec::new();
     if let Some(rounding) = column(&group, "rounding") {
         let bars = points.iter().filter_map(|&(k, high)| {
-            let low = rounding.get(k as usize).filter(|low| low.is_finite())?.abs().max(LEAST);
+            let low = rounding
+                .get(k as usize)
+                .filter(|low| low.is_finite())?
+                .abs()
+                .max(LEAST_ERROR);
             (low < high).then(|| vec![(k, low), (k, high)])
         });
         curves.push(Curve::pieces("from what rounding alone does", SKY, bars.collect()));
@@ -59,7 +62,7 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     // With an exact solution the uncertainty is the true error. Another value has a mark of its own.
     let errors = column(&group, "true_error").unwrap_or_default();
     let differs = |&(k, error): &(f64, f64)| {
-        let (own, error) = (uncertainty[k as usize].abs().max(LEAST), error.max(LEAST));
+        let (own, error) = (uncertainty[k as usize].abs().max(LEAST_ERROR), error.max(LEAST_ERROR));
         (error - own).abs() > 1e-9 * error
     };
     let differing: Vec<(f64, f64)> = numbered(errors).into_iter().filter(differs).collect();
@@ -68,11 +71,14 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
         false => "uncertainty of the time",
     };
     curves.push(Curve::line(label, BLUE, points).styled(style));
-    let differing = differing.into_iter().map(|(k, error)| (k, error.max(LEAST))).collect();
+    let differing = differing
+        .into_iter()
+        .map(|(k, error)| (k, error.max(LEAST_ERROR)))
+        .collect();
     curves.push(Curve::line("true error, by the exact solver", VERMILLION, differing).styled(CurveStyle::OpenPoints));
-    curves.push(Curve::line("below 10⁻¹⁶ s", BLUE, below).styled(CurveStyle::Marks(TIP_DOWN)));
+    curves.push(Curve::line(BELOW_LEAST_ERROR, BLUE, below).styled(CurveStyle::Marks(TIP_DOWN)));
     let unconverged = (0..uncertainty.len()).filter(|&k| !uncertainty[k].is_finite());
-    let unconverged = unconverged.map(|k| (k as f64, 2.0 * LEAST)).collect();
+    let unconverged = unconverged.map(|k| (k as f64, 2.0 * LEAST_ERROR)).collect();
     curves.push(Curve::line("not converged", ORANGE, unconverged).styled(CurveStyle::OpenPoints));
     let last = run.events.len().max(2) as f64;
     let x = || Axis::new("event, from 0", "1").ranging(-1.0, last);

@@ -165,6 +165,11 @@ pub struct MarkShape {
     pub(super) cross: bool,
 }
 
+/// Smallest drawn error or uncertainty of a time, s, about the spacing of doubles. Zero has no logarithm.
+pub(super) const LEAST_ERROR: f64 = 1e-16;
+/// Name of marks below [`LEAST_ERROR`].
+pub(super) const BELOW_LEAST_ERROR: &str = "below 10⁻¹⁶ s";
+
 /// A triangle on its tip, at the floor of a logarithmic axis: the value is below.
 pub(super) const TIP_DOWN: MarkShape = MarkShape::open(&[(0, 12), (11, -8), (-11, -8)]);
 

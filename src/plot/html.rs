@@ -107,7 +107,7 @@ pub(crate) fn file_name(path: &Path) -> String {
 pub(super) fn changed(lines: &[String]) -> String {
     match lines {
         [] => String::new(),
-        lines => format!("; changed: {}", lines.join(", ")),
+        lines => format!("; {}", stickslip_case::changed_line(lines)),
     }
 }
 

@@ -1,8 +1,9 @@
 //! Reports on a file: its contents, and whether it is as it was written.
 
-use super::{NumberFormat, Page, PagePart, PageTable, Report, changes, exponent};
+use super::{NumberFormat, Page, PagePart, PageTable, Report, exponent};
 use serde::{Serialize, Serializer};
 use std::path::Path;
+use stickslip_case::changed_line;
 use stickslip_files::schema::INPUT_CHANGED;
 use stickslip_files::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
 use stickslip_files::{AttributeInfo, CheckReport, Contents, MergeReport, VariableInfo};
@@ -31,7 +32,7 @@ impl Report for Contents {
             .find(|a| a.group == "/input" && a.name == INPUT_CHANGED);
         let changed = changed.map(|a| a.value.to_string().lines().map(str::to_owned).collect::<Vec<_>>());
         Page::default()
-            .with_all(changed.map(|lines| changes(&lines)))
+            .with_all(changed.map(|lines| changed_line(&lines)))
             .with_all(parts)
     }
 }

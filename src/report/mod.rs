@@ -29,6 +29,7 @@ pub(crate) use sweep::{DistributionSummary, SweepSummary, distribution};
 
 use serde::Serialize;
 use std::ops::Range;
+use stickslip_case::changed_line;
 use stickslip_system::quote::bound;
 
 /// The result of a command: its fields are the keys of the JSON document, its page is the text.
@@ -44,14 +45,9 @@ pub(crate) fn below_changes(changed: &[String], text: impl Into<String>) -> Stri
     let text = text.into();
     match (changed.is_empty(), text.is_empty()) {
         (true, _) => text,
-        (false, true) => changes(changed),
-        (false, false) => format!("{}\n{text}", changes(changed)),
+        (false, true) => changed_line(changed),
+        (false, false) => format!("{}\n{text}", changed_line(changed)),
     }
-}
-
-/// Overrides in one line: `changed: friction.decay = 4 s/rad`.
-pub(crate) fn changes(changed: &[String]) -> String {
-    format!("changed: {}", changed.join(", "))
 }
 
 /// Texts, tables and figures of a report, in reading order.

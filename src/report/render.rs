@@ -11,7 +11,10 @@ const STYLE: &str = include_str!("../../data/page/report.css");
 
 /// The headline of a page, and how many lines of details there are; the whole page with `details`.
 pub(crate) fn terminal(page: &Page, details: bool) -> String {
-    let text = lines_of_page(page, details);
+    if details {
+        return lines_of_page(page, true);
+    }
+    let text = lines_of_page(page, false);
     let lines = |text: &str| text.lines().count();
     match lines(&lines_of_page(page, true)).saturating_sub(lines(&text)) {
         0 => text,

@@ -65,7 +65,7 @@ impl Report for RunSummary<'_> {
 
 /// The main numbers of the run, then all others as details. The first is shown even if there is none.
 fn table(rows: &[HeadlineRow]) -> PageTable {
-    let is_brief = |(k, row): &(usize, &HeadlineRow)| row.is_main && (*k == 0 || row.value != "none");
+    let is_brief = |(k, row): &(usize, &HeadlineRow)| row.is_main() && (*k == 0 || row.value != "none");
     let (main, others): (Vec<_>, Vec<_>) = rows.iter().enumerate().partition(is_brief);
     let count = main.len();
     let rows: Vec<&HeadlineRow> = main.into_iter().chain(others).map(|(_, row)| row).collect();

@@ -86,13 +86,13 @@ fn digits_of(decimal: &str) -> u32 {
     }
 }
 
-/// The same for the file of a study, of which `shard` is a part.
+/// The same for the file of a study, of which `shard` is a part. `digest` is that of the study, if its files have one.
 pub(crate) fn spare_study(
     path: &Path,
     overwrite: Overwrite,
     kind: FileKind,
     header: &StudyHeader,
-    digest: &str,
+    digest: Option<&str>,
     shard: Option<&ShardPlan>,
 ) -> Result<(), ResultError> {
     spare(path, overwrite, kind, |file| {
@@ -102,7 +102,7 @@ pub(crate) fn spare_study(
         {
             return Some(format!("part {} there, {} here", there + 1, here.shard + 1));
         }
-        if earlier.digest.as_deref() == Some(digest) {
+        if digest.is_some() && earlier.digest.as_deref() == digest {
             return None;
         }
         let mut found = differences(&earlier.study, &header.study);
@@ -110,14 +110,11 @@ pub(crate) fn spare_study(
             let there = earlier.inputs.iter().find(|(known, _)| known == name);
             found.extend(there.iter().flat_map(|(_, there)| differences(there, here)));
         }
-        let [there, here] = [&earlier.changed, &header.changed].map(|lines| lines.join("\n"));
-        if there != here {
-            found.extend(changed(&earlier.changed, &header.changed));
-        }
+        found.extend(changed(&earlier.changed, &header.changed));
         match found.is_empty() {
             // Another version of the program has another digest.
             true if earlier.source != header.source => None,
-            true => Some("its settings differ".to_owned()).filter(|_| !digest.is_empty()),
+            true => digest.map(|_| "its settings differ".to_owned()),
             false => Some(listed(&found)),
         }
     })
@@ -161,11 +158,8 @@ impl EarlierStudy {
 /// Differences between overrides in words.
 fn changed(there: &[String], here: &[String]) -> Vec<OtherSetting> {
     let value = |lines: &[String], key: &str| {
-        let found = lines.iter().filter_map(|line| line.split_once(" = "));
-        found
-            .filter(|(known, _)| *known == key)
-            .map(|(_, value)| value.to_owned())
-            .next()
+        let mut found = lines.iter().filter_map(|line| line.split_once(" = "));
+        found.find_map(|(known, value)| (known == key).then(|| value.to_owned()))
     };
     let keys = here
         .iter()

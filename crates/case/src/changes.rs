@@ -91,6 +91,10 @@ fn flatten(node: &PlacedValue, path: &str, leaves: &mut Vec<(String, CaseValue)>
 /// Overrides of a case in words, the last one of each key: `friction.decay = 4 s/rad`. Each is an argument of `--set`.
 /// The limit of the wall time, which has no effect on results, is left out.
 pub fn changed(source: &CaseSource, overrides: &[Override]) -> Vec<String> {
+    // The words are read from the whole text.
+    if overrides.is_empty() {
+        return Vec::new();
+    }
     let words = Words::of(source, overrides);
     let is_last =
         |(at, change): &(usize, &Override)| overrides[at + 1..].iter().all(|later| later.key() != change.key());
@@ -101,6 +105,11 @@ pub fn changed(source: &CaseSource, overrides: &[Override]) -> Vec<String> {
         format!("{key} = {}", in_words(key, change.set_value(), words))
     })
     .collect()
+}
+
+/// Overrides in one line, such as `changed: friction.decay = 4 s/rad`.
+pub fn changed_line(changed: &[String]) -> String {
+    format!("changed: {}", changed.join(", "))
 }
 
 /// A number in SI, also one that is written with a unit.
@@ -115,11 +124,11 @@ fn number(key: &str, value: &CaseValue, words: Words) -> Option<f64> {
 
 /// A value with the unit of its key, if it is a number; a text without its quotes.
 fn in_words(key: &str, value: &CaseValue, words: Words) -> String {
-    let number = match value {
-        CaseValue::Integer(number) => *number as f64,
-        CaseValue::Float(number) => *number,
-        CaseValue::Text(text) => return text.clone(),
-        other => return other.toml(),
+    if let CaseValue::Text(text) = value {
+        return text.clone();
+    }
+    let Some(number) = number(key, value, words) else {
+        return value.toml();
     };
     let unit = written::dimension(key, words).map_or("", |dimension| dimension.unit());
     match unit {

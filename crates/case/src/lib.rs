@@ -54,7 +54,7 @@ pub mod words;
 mod written;
 
 pub use case_keys::{CaseKeys, Setting, Slot};
-pub use changes::{OtherSetting, changed, differences};
+pub use changes::{OtherSetting, changed, changed_line, differences};
 pub use document::{CaseError, CaseProblem, Override};
 pub use exact::ExactCase;
 pub use quantity::Motion;

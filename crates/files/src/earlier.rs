@@ -31,10 +31,8 @@ impl FileKind {
     /// The kind of the file at `path`; `None` if it is no readable file of this program.
     pub fn of(path: &Path) -> Option<FileKind> {
         let source = FileSource::open_known(path).ok()?;
-        let has = |name: &str| {
-            let members = source.members("").unwrap_or_default();
-            members.iter().any(|member| member.name == name)
-        };
+        let members = source.members("").unwrap_or_default();
+        let has = |name: &str| members.iter().any(|member| member.name == name);
         let format = source.text_attribute("", root::FORMAT).ok()??;
         Some(match format.as_str() {
             schema::FORMAT if has(group::CYCLE_CERTIFICATE) => FileKind::CertifiedCycle,

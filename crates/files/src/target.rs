@@ -20,6 +20,16 @@ pub enum Overwrite {
     Force,
 }
 
+impl Overwrite {
+    /// [`Overwrite::Force`] if `force`.
+    pub fn by_force(force: bool) -> Overwrite {
+        match force {
+            true => Overwrite::Force,
+            false => Overwrite::OwnResults,
+        }
+    }
+}
+
 /// The exclusive right to write one result, held until it is dropped. A long computation takes it first, so that an
 /// obstacle to writing is known early.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! Contents of a comparison's report, common to all formats.
 
-use crate::report::{NumberFormat, Page, PageTable, changes, exponent, fixed};
+use crate::report::{NumberFormat, Page, PageTable, exponent, fixed};
 use stickslip_compare::{ChannelErrors, Comparison, Score, Statistic};
 use stickslip_system::record::sequence::{Difference, Fault};
 
@@ -25,7 +25,10 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         .with_all(resolution(c))
         .with(statistics(c))
         .details([what_was_read(c)])
-        .with_all((!c.reference_changed.is_empty()).then(|| format!("reference {}", changes(&c.reference_changed))))
+        .with_all(
+            (!c.reference_changed.is_empty())
+                .then(|| format!("reference {}", stickslip_case::changed_line(&c.reference_changed))),
+        )
         .details([format!("In full: {}.", c.verdict)])
         .details(also.map(|cause| format!("also: {}", cause.evidence)))
         .details(hysteresis(c))

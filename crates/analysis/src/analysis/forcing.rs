@@ -39,16 +39,8 @@ pub(crate) const SAME_RATIO: f64 = 1e-12;
 const LARGEST_WHOLE: f64 = 1000.0;
 
 pub(crate) fn harmonics(system: &System) -> Vec<Harmonic> {
-    fn of(drive: &Drive, found: &mut Vec<Harmonic>) {
-        match drive {
-            Drive::Wave(wave) if wave.amplitude != 0.0 => found.push(Harmonic::of(wave)),
-            Drive::Sum(parts) => parts.iter().for_each(|part| of(part, found)),
-            Drive::Wave(_) | Drive::Value(_) | Drive::Linear(_) => {}
-        }
-    }
-    let mut found = Vec::new();
-    system.drives().into_iter().for_each(|drive| of(drive, &mut found));
-    found
+    let waves = system.drives().into_iter().flat_map(Drive::waves);
+    waves.filter(|wave| wave.amplitude != 0.0).map(Harmonic::of).collect()
 }
 
 /// Least common period (s) of all lasting harmonics. `None` without one, or if a ratio needs whole numbers above 1000.

@@ -20,9 +20,13 @@ pub struct HeadlineRow {
     pub value: String,
     /// The paper's value, or an empty string.
     pub paper: &'static str,
+}
+
+impl HeadlineRow {
     /// Whether it is one of the main numbers, which a short report shows.
-    #[serde(skip)]
-    pub is_main: bool,
+    pub fn is_main(&self) -> bool {
+        MAIN.contains(&self.name)
+    }
 }
 
 const CROSSINGS: &str = "falls below the threshold in a period";
@@ -200,12 +204,7 @@ fn of_stop(summary: &Summary) -> Vec<HeadlineRow> {
         (HEAT, or_none(summary.dissipated_energy, heat), ""),
         ("energy residual", residual, ""),
     ]
-    .map(|(name, value, paper)| HeadlineRow {
-        name,
-        value,
-        paper,
-        is_main: MAIN.contains(&name),
-    })
+    .map(|(name, value, paper)| HeadlineRow { name, value, paper })
     .into()
 }
 
@@ -253,14 +252,7 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
     let (angle, speed) = units(motion);
     let seconds = |range: Option<(f64, f64)>| or_none(range, |(least, most)| format!("{least:.9} to {most:.9} s"));
     let mut rows = Vec::new();
-    let mut row = |name: &'static str, value: String| {
-        rows.push(HeadlineRow {
-            name,
-            value,
-            paper: "",
-            is_main: MAIN.contains(&name),
-        });
-    };
+    let mut row = |name: &'static str, value: String| rows.push(HeadlineRow { name, value, paper: "" });
     row("events", events(&summary.stick_slip));
     row("first stick", or_none(summary.onset_time, |t| format!("{t:.9} s")));
     row("slip duration, range", seconds(summary.slip_duration_range));

@@ -31,7 +31,7 @@ impl CalibrationRun<'_> {
             self.overwrite,
             FileKind::Calibration,
             &of_study,
-            &digest,
+            Some(&digest),
             None,
         )?;
         let place = Reservation::take(self.path, self.overwrite, &self.study.runs.head.files)?;

@@ -44,7 +44,14 @@ impl Continuation<'_> {
     pub fn start(self) -> Result<ContinuationReport, Error> {
         let (study, watch) = (self.study, self.watch);
         let (digest, header) = (study.digest(), header(study));
-        spare_study(self.path, self.overwrite, FileKind::Branches, &header, &digest, None)?;
+        spare_study(
+            self.path,
+            self.overwrite,
+            FileKind::Branches,
+            &header,
+            Some(&digest),
+            None,
+        )?;
         let place = Reservation::take(self.path, self.overwrite, &study.head.files)?;
         let begin = Instant::now();
         let written = study.written()?;

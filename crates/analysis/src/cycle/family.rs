@@ -220,7 +220,8 @@ pub(crate) fn in_the_long_run<T: Clone, L: Clone>(system: &System<T, L>) -> Syst
 
 /// Number of harmonics in the long run, and turns of the first one in their common period; `None` without harmonics.
 fn common_turns(system: &System) -> Result<Option<(usize, u64)>, Error> {
-    if system.drives().into_iter().any(has_chirp) {
+    let mut waves = system.drives().into_iter().flat_map(Drive::waves);
+    if waves.any(|wave| matches!(wave.frequency, Frequency::Sweep { .. }) && wave.amplitude != 0.0) {
         return Err(Error::input(
             "a chirp drives it: its frequency changes, so that no motion repeats; take a sine with the chirp's end_frequency",
         ));
@@ -238,14 +239,6 @@ fn common_turns(system: &System) -> Result<Option<(usize, u64)>, Error> {
     Ok(Some((all.len(), turns)))
 }
 
-fn has_chirp(drive: &Drive) -> bool {
-    match drive {
-        Drive::Wave(wave) => matches!(wave.frequency, Frequency::Sweep { .. }) && wave.amplitude != 0.0,
-        Drive::Sum(terms) => terms.iter().any(has_chirp),
-        Drive::Value(_) | Drive::Linear(_) => false,
-    }
-}
-
 /// Duration of `turns` turns of the first harmonic, s.
 fn period_of(system: &System, turns: u64) -> Option<f64> {
     let turn = match first_wave(system)?.frequency {
@@ -257,12 +250,6 @@ fn period_of(system: &System, turns: u64) -> Option<f64> {
 }
 
 pub(super) fn first_wave<T: Zero, L>(system: &System<T, L>) -> Option<&Wave<T>> {
-    fn of<T: Zero>(drive: &Drive<T>) -> Option<&Wave<T>> {
-        match drive {
-            Drive::Wave(wave) if !wave.amplitude.is_zero() => Some(wave),
-            Drive::Sum(terms) => terms.iter().find_map(of),
-            _ => None,
-        }
-    }
-    system.drives().into_iter().find_map(of)
+    let mut waves = system.drives().into_iter().flat_map(Drive::waves);
+    waves.find(|wave| !wave.amplitude.is_zero())
 }

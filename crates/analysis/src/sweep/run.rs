@@ -128,7 +128,7 @@ fn run(sweep: &Sweep, integrate: &Integrate, executor: Option<&mut dyn Executor>
         true => (FileKind::Shard, header(study, "sweep", digest.clone(), Vec::new())),
         false => (FileKind::Sweep, header(study, "sweep", digest.clone(), Vec::new())),
     };
-    spare_study(path, sweep.overwrite, kind, &header, &digest, part.as_ref())?;
+    spare_study(path, sweep.overwrite, kind, &header, Some(&digest), part.as_ref())?;
     let journal = sweep.journal(&digest)?;
     let before = journal.points();
     let mut running = Running {

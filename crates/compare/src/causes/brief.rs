@@ -1,6 +1,6 @@
 //! A cause in short: the values that differ, and what the reference's run with them has.
 
-use super::parameters::OtherNumber;
+use super::parameters::{OtherNumber, plain};
 use super::report::Causes;
 use super::search::{Search, Tried};
 use crate::diagnosis::CauseKind;
@@ -83,11 +83,7 @@ impl Search<'_> {
 }
 
 fn of_number(number: &OtherNumber) -> String {
-    let unit = if number.unit == "1" {
-        String::new()
-    } else {
-        format!(" {}", number.unit)
-    };
+    let unit = number.unit_after_blank();
     let (value, reference) = (
         digits(number.value, number.reference),
         digits(number.reference, number.value),
@@ -104,8 +100,5 @@ fn digits(number: f64, other: f64) -> String {
         return "0".to_owned();
     }
     let rounded: f64 = format!("{number:.decimals$e}").parse().unwrap_or(number);
-    match rounded.abs() {
-        size if (1e-4..1e7).contains(&size) => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
-    }
+    plain(rounded, 1e7)
 }

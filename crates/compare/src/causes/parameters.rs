@@ -213,12 +213,17 @@ impl OtherNumber {
         (digits_like(self.value, error), plain(one, 1e5))
     }
 
-    /// For example "torsion.damping (c_t) = 20.35 +- 0.02 N m s/rad, reference 22.606".
-    pub fn words(&self) -> String {
-        let unit = match self.unit {
+    /// The unit after a blank; empty for a pure number.
+    pub(super) fn unit_after_blank(&self) -> String {
+        match self.unit {
             "1" => String::new(),
             unit => format!(" {unit}"),
-        };
+        }
+    }
+
+    /// For example "torsion.damping (c_t) = 20.35 +- 0.02 N m s/rad, reference 22.606".
+    pub fn words(&self) -> String {
+        let unit = self.unit_after_blank();
         let (value, error) = self.value_and_error();
         let reference = digits_like(self.reference, self.error.max(1e-6 * self.reference.abs()));
         let name = match self.symbol == self.path {
@@ -238,7 +243,7 @@ impl OtherNumber {
 }
 
 /// A number without an exponent from 1e-4 up to a limit.
-fn plain(number: f64, limit: f64) -> String {
+pub(super) fn plain(number: f64, limit: f64) -> String {
     match number.abs() {
         size if (1e-4..limit).contains(&size) => format!("{number}"),
         _ => format!("{number:e}"),

@@ -48,11 +48,7 @@ pub fn merge(inputs: &[PathBuf], output: &Path, replace: bool) -> Result<MergeRe
     let header = shards[0].header()?;
     // Checked last: faults of the study itself have clearer messages.
     shards.iter().try_for_each(|shard| check_sound(shard.path()))?;
-    let overwrite = match replace {
-        true => Overwrite::Force,
-        false => Overwrite::OwnResults,
-    };
-    let place = Reservation::take(output, overwrite, inputs)?;
+    let place = Reservation::take(output, Overwrite::by_force(replace), inputs)?;
     let rows = shards.iter().map(|shard| {
         let rows = shard.rows(&plan);
         shard.close();

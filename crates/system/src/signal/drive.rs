@@ -131,6 +131,17 @@ impl<T> Wave<T> {
     }
 }
 
+impl<T> Drive<T> {
+    /// The harmonics of the drive.
+    pub fn waves(&self) -> Vec<&Wave<T>> {
+        match self {
+            Drive::Wave(wave) => vec![wave],
+            Drive::Sum(terms) => terms.iter().flat_map(Drive::waves).collect(),
+            Drive::Value(_) | Drive::Linear(_) => Vec::new(),
+        }
+    }
+}
+
 impl Drive {
     /// Bound of the signal's magnitude at all times t >= 0.
     pub fn largest(&self) -> f64 {

@@ -130,7 +130,14 @@ impl PrecisionRun<'_> {
     /// There is no reference, the study was interrupted before there was one, the file is protected, or the disk fails.
     pub fn start(self) -> Result<(PathBuf, StudyResult), Error> {
         let of_study = header(self.study, String::new());
-        spare_study(self.path, self.overwrite, FileKind::WorkPrecision, &of_study, "", None)?;
+        spare_study(
+            self.path,
+            self.overwrite,
+            FileKind::WorkPrecision,
+            &of_study,
+            None,
+            None,
+        )?;
         let place = Reservation::take(self.path, self.overwrite, &self.study.head.files)?;
         let started = provenance::now();
         let result = run(self.study, self.watch)?;
