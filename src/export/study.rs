@@ -69,7 +69,7 @@ fn column(found: &StudyColumn) -> (Variable, Vec<f64>) {
     let StudyColumn {
         name, units, long_name, ..
     } = found;
-    let is_known = found.is_known_everywhere();
+    let is_known = found.values.iter().all(|value| !value.is_nan());
     let mut values = found.values.clone();
     if found.flags.is_empty() {
         // An integer cannot be missing in the formats of arrays.

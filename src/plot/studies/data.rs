@@ -139,11 +139,6 @@ impl StudyColumn {
         self.values.iter().any(|value| !value.is_nan())
     }
 
-    /// Whether every point has a value.
-    pub(crate) fn is_known_everywhere(&self) -> bool {
-        self.values.iter().all(|value| !value.is_nan())
-    }
-
     fn different_values(&self) -> usize {
         let mut values: Vec<f64> = self.values.iter().copied().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
