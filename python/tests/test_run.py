@@ -333,8 +333,10 @@ def test_property_a_damaged_file_is_refused(tmp_path, monkeypatch):
             stickslip.open(name)
 
 
+# What was started in the background by a shell ignores Ctrl-C.
 INTERRUPTED = """
-import sys, stickslip
+import signal, sys, stickslip
+signal.signal(signal.SIGINT, signal.default_int_handler)
 print("begins", flush=True)
 try:
     {call}
