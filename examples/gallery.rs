@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         save(&figure)?;
         // The first picture of the README has a form for dark pages.
         if figure.name == FIRST {
-            let drawing = plot::draw(&figure, COLUMN_WIDTH)?.on_dark();
+            let drawing = plot::draw(&figure, COLUMN_WIDTH).on_dark();
             write(&format!("{}-dark", figure.name), &drawing)?;
         }
     }
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
-    write(&figure.name, &plot::draw(figure, COLUMN_WIDTH)?)
+    write(&figure.name, &plot::draw(figure, COLUMN_WIDTH))
 }
 
 fn write(name: &str, drawing: &Drawing) -> Result<(), Box<dyn Error>> {

@@ -681,7 +681,7 @@ fn write(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Resul
             Some((_, drawing)) => drawing,
             None => Drawing {
                 source: source.clone(),
-                ..plot::draw(figure, layout)?
+                ..plot::draw(figure, layout)
             },
         };
         save(&output, &drawing, format, options.dpi)?;
@@ -748,7 +748,7 @@ pub(super) fn figure_output(
 pub(super) fn draw(figure: &Figure, (output, format): &FigureOutput) -> Result<(), Error> {
     let drawing = Drawing {
         source: output.source().to_owned(),
-        ..plot::draw(figure, style::COLUMN_WIDTH)?
+        ..plot::draw(figure, style::COLUMN_WIDTH)
     };
     save(output, &drawing, *format, DPI)
 }

@@ -1,9 +1,8 @@
 //! Figures of `stickslip work-precision` and of `stickslip certify --figure`.
 
 use super::figure::{Axis, BELOW_LEAST_ERROR, Curve, CurveStyle, Figure, LEAST_ERROR, Panel, TIP_DOWN, drawn, extent};
-use super::style::{BLACK, BLUE, GREEN, GREY, OLIVE, ORANGE, PALETTE, PURPLE, SKY, VERMILLION, WINE};
+use super::style::{BLACK, BLUE, GREEN, GREY, OLIVE, ORANGE, PALETTE, PURPLE, RGBColor, SKY, VERMILLION, WINE};
 use crate::Error;
-use plotters::style::RGBColor;
 use std::path::Path;
 use stickslip_analysis::analysis::stability::growth::{METHODS, Onset};
 use stickslip_analysis::analysis::work_precision::{Knob, Measurement, MethodErrors, StudyResult};

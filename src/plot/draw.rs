@@ -1,21 +1,11 @@
 //! Layout and drawing of figures.
 
-use super::drawing::{Drawing, Sheet, draw_cell, draw_line, draw_piece, stroke};
-use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
+use super::drawing::*;
+use super::figure::{Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
 use super::labels::marks;
 use super::scale::Scale;
 use super::style::*;
-use super::text::{self, text_width, wrapped_title};
-use crate::Error;
-use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
-use plotters::drawing::DrawingAreaErrorKind;
-use plotters::prelude::{
-    Cartesian2d, ChartBuilder, ChartContext, Circle, IntoDrawingArea, LabelAreaPosition, PathElement, Polygon,
-    Rectangle, TRANSPARENT, WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, TextStyle};
+use super::text::{text_width, wrapped_title};
 use std::borrow::Cow;
 use stickslip_system::record::EventKind;
 
@@ -41,10 +31,6 @@ const CELL_OVERLAP: f64 = 40.0;
 /// Least height of a panel, drawing units.
 const LEAST_HEIGHT: f64 = 1300.0;
 const HEADROOM: f64 = 0.05;
-
-type Ground<'a> = Sheet<'a, Shift>;
-type Axes = Cartesian2d<RangedCoordf64, RangedCoordf64>;
-type Plane<'a> = Sheet<'a, Axes>;
 
 impl Swatch {
     fn width(&self) -> f64 {
@@ -79,7 +65,7 @@ struct MeasuredText<'a> {
 }
 
 /// Draws the figure with a layout, or in a column of a given width (mm).
-pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, Error> {
+pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Drawing {
     let layout = layout.into();
     let square = figure.panels.iter().all(|panel| panel.square);
     let width = layout.width * layout.units_per_mm();
@@ -104,37 +90,26 @@ pub fn draw(figure: &Figure, layout: impl Into<Layout>) -> Result<Drawing, Error
         units_per_mm: layout.units_per_mm(),
         elements: Vec::new(),
     };
-    {
-        let root = (&mut drawing).into_drawing_area();
-        root.fill(&WHITE)?;
-        let mut y = MARGIN;
-        for line in &title {
-            write(&root, line, TITLE_SIZE, (MARGIN, y))?;
-            y += LINE_HEIGHT;
-        }
-        for row in &legend {
-            draw_legend(&root, row, y)?;
-            y += LINE_HEIGHT;
-        }
-        if let Some((axis, scale)) = bar {
-            draw_color_bar(&root, axis, scale, (left, width - right), y)?;
-        }
-        let mut rest = root.clone();
-        let mut above = top;
-        for panel in &measured {
-            let (_, below) = rest.split_vertically(above.round() as i32);
-            draw_panel(&below, panel, (left, right))?;
-            rest = below;
-            above = panel_height(panel);
-        }
+    drawing.rectangle([(0, 0), (drawing.size.0 as i32, drawing.size.1 as i32)], (WHITE, 1.0));
+    let mut y = MARGIN;
+    for line in &title {
+        write(&mut drawing, line, TITLE_SIZE, (MARGIN, y));
+        y += LINE_HEIGHT;
     }
-    Ok(drawing)
-}
-
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Error {
-    fn from(error: DrawingAreaErrorKind<E>) -> Self {
-        Error::drawing(error)
+    for row in &legend {
+        draw_legend(&mut drawing, row, y);
+        y += LINE_HEIGHT;
     }
+    if let Some((axis, scale)) = bar {
+        draw_color_bar(&mut drawing, axis, scale, (left, width - right), y);
+    }
+    let mut top = top.round() as i32;
+    for panel in &measured {
+        let height = panel_height(panel).round() as i32;
+        draw_panel(&mut drawing, panel, (left, right), (top, top + height));
+        top += height;
+    }
+    drawing
 }
 
 fn measure(figure: &Figure, width: f64) -> (Vec<MeasuredText<'_>>, f64, f64) {
@@ -341,16 +316,11 @@ fn legend_rows(entries: &[(String, Swatch)], width: f64) -> Vec<Vec<(f64, String
     rows
 }
 
-fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
-    (text::FAMILIES, size).into_font().color(&BLACK).pos(pos)
+fn write(drawing: &mut Drawing, text: &str, size: f64, (x, y): (f64, f64)) {
+    drawing.text(text, size, (x.round() as i32, y.round() as i32), UPPER_LEFT, 0);
 }
 
-fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), Error> {
-    let style = text_style(size, Pos::new(HPos::Left, VPos::Top));
-    Ok(area.draw_text(text, &style, (x.round() as i32, y.round() as i32))?)
-}
-
-fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(), Error> {
+fn draw_legend(drawing: &mut Drawing, row: &[(f64, String, Swatch)], y: f64) {
     let middle = (y + 0.4 * LABEL_SIZE).round() as i32;
     for (x, name, swatch) in row {
         let width = swatch.width();
@@ -359,171 +329,214 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
         let corners = [(left, middle - 90), (right, middle + 90)];
         match *swatch {
             Swatch::Curve(color, style) if style.is_line() => {
-                draw_piece(area, vec![(left, middle), (right, middle)], color, style)?;
+                drawing.piece(vec![(left, middle), (right, middle)], color, style);
             }
             Swatch::Curve(color, CurveStyle::OpenPoints) => {
-                area.draw(&Circle::new((center, middle), POINT_RADIUS, stroke(color, THIN_STROKE)))?;
+                drawing.circle((center, middle), POINT_RADIUS, color, Some(THIN_STROKE));
             }
-            Swatch::Curve(color, style @ CurveStyle::Marks(_)) => {
-                draw_piece(area, vec![(center, middle)], color, style)?
-            }
-            Swatch::Curve(color, _) => draw_piece(area, vec![(center, middle)], color, CurveStyle::Points)?,
-            Swatch::Ground(color, opacity) => area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))?,
+            Swatch::Curve(color, CurveStyle::Dots) => drawing.piece(vec![(center, middle)], color, CurveStyle::Points),
+            Swatch::Curve(color, style) => drawing.piece(vec![(center, middle)], color, style),
+            Swatch::Ground(color, opacity) => drawing.rectangle(corners, (color, opacity)),
             Swatch::Event(kind) => {
                 let line = vec![(center, middle - 110), (center, middle + 110)];
-                draw_line(area, line, (of_event(kind), THIN_STROKE + 4), line_of_event(kind))?;
+                drawing.line(line, (of_event(kind), THIN_STROKE + 4), line_of_event(kind));
             }
             Swatch::Cell(cell) => {
-                draw_cell(area, cell, corners)?;
-                area.draw(&Rectangle::new(corners, stroke(GREY, THIN_STROKE)))?;
+                drawing.cell(cell, corners);
+                drawing.frame(corners, GREY);
             }
         }
-        write(area, name, LABEL_SIZE, (x + width + SWATCH_GAP, y))?;
+        write(drawing, name, LABEL_SIZE, (x + width + SWATCH_GAP, y));
     }
-    Ok(())
 }
 
-fn draw_panel(area: &Ground, m: &MeasuredText, (left, right): (f64, f64)) -> Result<(), Error> {
-    let (own, _) = area.split_vertically(panel_height(m).round() as i32);
-    let (x, y) = (m.x.shown, m.y.shown);
+/// A measured panel, and where its axes are.
+struct Plane<'a> {
+    m: &'a MeasuredText<'a>,
+    /// Left and right edge, top and bottom edge.
+    x: (i32, i32),
+    y: (i32, i32),
+}
+
+/// The place of a shown value between the ends of an axis, which has the shown range.
+fn along(value: f64, (low, high): (f64, f64), (start, end): (i32, i32)) -> i32 {
+    let (share, length) = ((value - low) / (high - low), f64::from(end - start));
+    match share {
+        f64::INFINITY => end,
+        f64::NEG_INFINITY => start,
+        // A hair further, so that rounding does not end before the value.
+        _ if length > 0.0 => start + (length * share + 1e-3).floor() as i32,
+        _ => start + (length * share - 1e-3).ceil() as i32,
+    }
+}
+
+impl Plane<'_> {
+    fn across(&self, shown: f64) -> i32 {
+        along(shown, self.m.x.shown, self.x)
+    }
+
+    fn up(&self, shown: f64) -> i32 {
+        along(shown, self.m.y.shown, (self.y.1, self.y.0))
+    }
+
+    fn shown(&self, x: f64, y: f64) -> DrawnPoint {
+        (self.across(x), self.up(y))
+    }
+
+    fn place(&self, (x, y): (f64, f64)) -> DrawnPoint {
+        self.shown(self.m.x.show(x), self.m.y.show(y))
+    }
+}
+
+/// `left` and `right`: widths beside the axes. `top` and `bottom`: edges of the panel with its caption and labels.
+fn draw_panel(drawing: &mut Drawing, m: &MeasuredText, (left, right): (f64, f64), (top, bottom): (i32, i32)) {
     if !m.panel.caption.is_empty() {
-        write(&own, &m.panel.caption, LABEL_SIZE, (left, 0.1 * LINE_HEIGHT))?;
+        let below = (0.1 * LINE_HEIGHT).round() as i32;
+        drawing.text(
+            &m.panel.caption,
+            LABEL_SIZE,
+            (left.round() as i32, top + below),
+            UPPER_LEFT,
+            0,
+        );
     }
-    let mut chart = ChartBuilder::on(&own)
-        .margin_top(caption_height(m).round() as i32)
-        .margin_left(MARGIN.round() as i32)
-        .margin_right(right.round() as i32)
-        .set_label_area_size(LabelAreaPosition::Left, (left - MARGIN).round() as i32)
-        .set_label_area_size(LabelAreaPosition::Bottom, label_height(m).round() as i32)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    draw_ground(chart.plotting_area(), m)?;
-    draw_mesh(&mut chart, m)?;
-    draw_minor_ticks(&own, chart.plotting_area(), m)?;
-    draw_content(&own, chart.plotting_area(), m)
-}
-
-fn draw_minor_ticks(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
-    let (origin, corner) = (own.get_base_pixel(), (m.x.shown.0, m.y.shown.0));
-    let place = |x: f64, y: f64| {
-        let (x, y) = plane.map_coordinate(&(x, y));
-        (x - origin.0, y - origin.1)
+    let first = MARGIN.round() as i32 + (left - MARGIN).round() as i32;
+    let plane = &Plane {
+        m,
+        x: (first, drawing.size.0 as i32 - right.round() as i32 - 1),
+        y: (
+            top + caption_height(m).round() as i32,
+            bottom - label_height(m).round() as i32 - 1,
+        ),
     };
-    let line = |from: (i32, i32), to: (i32, i32)| PathElement::new([from, to], stroke(BLACK, THIN_STROKE));
-    for x in m.x.minor_ticks() {
-        let (x, y) = place(x, corner.1);
-        own.draw(&line((x, y), (x, y + MINOR_TICK)))?;
-    }
-    for y in m.y.minor_ticks() {
-        let (x, y) = place(corner.0, y);
-        own.draw(&line((x, y), (x - MINOR_TICK, y)))?;
-    }
-    Ok(())
-}
-
-fn draw_ground(plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
-    let (x, y) = (m.x.shown, m.y.shown);
     for &(from, to, mode) in &m.panel.modes {
-        let (color, opacity) = ground(mode);
-        let corners = [(m.x.show(from).max(x.0), y.0), (m.x.show(to).min(x.1), y.1)];
-        plane.draw(&Rectangle::new(corners, color.mix(opacity).filled()))?;
+        let (from, to) = (m.x.show(from).max(m.x.shown.0), m.x.show(to).min(m.x.shown.1));
+        drawing.rectangle(
+            [(plane.across(from), plane.y.1), (plane.across(to), plane.y.0)],
+            ground(mode),
+        );
     }
-    Ok(())
+    draw_mesh(drawing, plane, bottom);
+    for x in m.x.minor_ticks().into_iter().map(|x| plane.across(x)) {
+        tick(drawing, [(x, plane.y.1), (x, plane.y.1 + MINOR_TICK)], THIN_STROKE);
+    }
+    for y in m.y.minor_ticks().into_iter().map(|y| plane.up(y)) {
+        tick(drawing, [(plane.x.0, y), (plane.x.0 - MINOR_TICK, y)], THIN_STROKE);
+    }
+    draw_content(drawing, plane);
 }
 
-fn draw_content(own: &Ground, plane: &Plane, m: &MeasuredText) -> Result<(), Error> {
-    let y = m.y.shown;
+fn tick(drawing: &mut Drawing, ends: [DrawnPoint; 2], width: u32) {
+    drawing.line(ends.into(), (BLACK, width), CurveStyle::Solid);
+}
+
+fn draw_content(drawing: &mut Drawing, plane: &Plane) {
+    let m = plane.m;
     if let Some(map) = &m.panel.map {
-        draw_map(plane, m, map)?;
+        draw_map(drawing, plane, map);
     }
     for area in &m.panel.areas {
-        draw_area(plane, m, area)?;
+        for piece in &area.pieces {
+            let lower = piece.iter().map(|&(x, low, _)| plane.place((x, low)));
+            let upper = piece.iter().rev().map(|&(x, _, high)| plane.place((x, high)));
+            drawing.polygon(lower.chain(upper).collect(), (area.color, AREA_OPACITY));
+        }
     }
     for &(at, kind) in &m.marks {
-        let at = m.x.show(at);
-        let line = vec![(at, y.0), (at, y.1)];
-        draw_line(plane, line, (of_event(kind), THIN_STROKE + 2), line_of_event(kind))?;
+        let x = plane.across(m.x.show(at));
+        let line = vec![(x, plane.y.1), (x, plane.y.0)];
+        drawing.line(line, (of_event(kind), THIN_STROKE + 2), line_of_event(kind));
     }
     // Labels interrupt thin lines, which they name, and no others.
-    let (origin, high) = (own.get_base_pixel(), (0.55 * LABEL_SIZE) as i32);
-    let place = |at: (f64, f64)| {
-        let (x, y) = plane.map_coordinate(&(m.x.show(at.0), m.y.show(at.1)));
-        (x - origin.0, y - origin.1)
-    };
+    let high = (0.55 * LABEL_SIZE) as i32;
     let (thin, others): (Vec<&Curve>, Vec<&Curve>) =
         (m.panel.curves.iter()).partition(|curve| curve.style == CurveStyle::Thin && !m.panel.labels.is_empty());
     for curve in thin {
-        draw_curve(plane, m, curve)?;
+        draw_curve(drawing, plane, curve);
     }
     for (at, text) in &m.panel.labels {
-        let (x, y) = place(*at);
+        let (x, y) = plane.place(*at);
         let half = (text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32;
-        let corners = [(x - half, y - high), (x + half, y + high)];
-        own.draw(&Rectangle::new(corners, WHITE.filled()))?;
+        drawing.rectangle([(x - half, y - high), (x + half, y + high)], (WHITE, 1.0));
     }
     for curve in others {
-        draw_curve(plane, m, curve)?;
+        draw_curve(drawing, plane, curve);
     }
     for (at, text) in &m.panel.labels {
-        let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Center));
-        own.draw_text(text, &style, place(*at))?;
+        drawing.text(text, LABEL_SIZE, plane.place(*at), CENTRE, 0);
     }
-    Ok(())
 }
 
-fn draw_mesh(chart: &mut ChartContext<&mut Drawing, Axes>, m: &MeasuredText) -> Result<(), Error> {
-    let (_, x_decimals) = m.x.ticks(m.x_ticks);
-    let (_, y_decimals) = m.y.ticks(m.y_ticks);
-    let label = text_style(LABEL_SIZE, Pos::default());
+/// Grid, axes, ticks, and their labels. `bottom`: lower edge of the labels.
+fn draw_mesh(drawing: &mut Drawing, plane: &Plane, bottom: i32) {
+    let (m, (left, right), (top, low)) = (plane.m, plane.x, plane.y);
+    let edge = MARGIN.round() as i32;
+    drawing.text(
+        &m.y_title,
+        LABEL_SIZE,
+        (edge, top + (low + 1 - top) / 2),
+        UPPER_MIDDLE,
+        270,
+    );
+    if m.last {
+        let title = fitting_title(&m.x, &m.panel.x, m.width);
+        drawing.text(
+            &title,
+            LABEL_SIZE,
+            (left + (right + 1 - left) / 2, bottom),
+            LOWER_MIDDLE,
+            0,
+        );
+    }
+    let ((x_ticks, x_decimals), (y_ticks, y_decimals)) = (m.x.ticks(m.x_ticks), m.y.ticks(m.y_ticks));
+    let x_ticks: Vec<(i32, f64)> = x_ticks.into_iter().map(|tick| (plane.across(tick), tick)).collect();
+    let y_ticks: Vec<(i32, f64)> = y_ticks.into_iter().map(|tick| (plane.up(tick), tick)).collect();
     // Grid lines would look out at the edges of a map.
-    let is_map = m.panel.map.as_ref().is_some_and(|map| !map.cells.is_empty());
-    let grid: RGBAColor = GREY.mix(if is_map { 0.0 } else { 0.3 });
-    let x_title = if m.last {
-        fitting_title(&m.x, &m.panel.x, m.width)
-    } else {
-        String::new()
-    };
-    Ok(chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(grid.stroke_width(THIN_STROKE))
-        .axis_style(stroke(BLACK, AXIS_STROKE))
-        .set_all_tick_mark_size(TICK)
-        .x_labels(m.x_ticks)
-        .y_labels(m.y_ticks)
-        .x_label_formatter(&|v| {
-            if m.last {
-                m.x.label(*v, x_decimals)
-            } else {
-                String::new()
-            }
-        })
-        .y_label_formatter(&|v| m.y.label(*v, y_decimals))
-        .label_style(label.clone())
-        .axis_desc_style(label)
-        .x_desc(x_title)
-        .y_desc(m.y_title.clone())
-        .draw()?)
+    if m.panel.map.as_ref().is_none_or(|map| map.cells.is_empty()) {
+        let across = x_ticks.iter().map(|&(x, _)| [(x, low), (x, top)]);
+        let up = y_ticks.iter().map(|&(y, _)| [(left, y), (right, y)]);
+        across.chain(up).for_each(|line| drawing.grid_line(line, (GREY, 0.3)));
+    }
+    let axis = left - 1;
+    tick(drawing, [(axis, top), (axis, low)], AXIS_STROKE);
+    for (y, value) in y_ticks {
+        drawing.text(
+            &m.y.label(value, y_decimals),
+            LABEL_SIZE,
+            (left - 2 * TICK, y),
+            RIGHT_MIDDLE,
+            0,
+        );
+        tick(drawing, [(axis - TICK, y), (axis, y)], AXIS_STROKE);
+    }
+    let axis = low + 1;
+    tick(drawing, [(left, axis), (right, axis)], AXIS_STROKE);
+    for (x, value) in x_ticks {
+        if m.last {
+            drawing.text(
+                &m.x.label(value, x_decimals),
+                LABEL_SIZE,
+                (x, axis + 2 * TICK),
+                UPPER_MIDDLE,
+                0,
+            );
+        }
+        tick(drawing, [(x, axis), (x, axis + TICK)], AXIS_STROKE);
+    }
 }
 
-fn is_dot(plane: &Plane, points: &[(f64, f64)]) -> bool {
-    let mut places = points.iter().map(|point| plane.map_coordinate(point));
-    let first = places.next();
-    places.all(|place| Some(place) == first)
-}
-
-fn draw_curve(plane: &Plane, m: &MeasuredText, curve: &Curve) -> Result<(), Error> {
+fn draw_curve(drawing: &mut Drawing, plane: &Plane, curve: &Curve) {
     for piece in &curve.pieces {
-        let points: Vec<(f64, f64)> = piece.iter().map(|&(x, y)| (m.x.show(x), m.y.show(y))).collect();
-        if curve.style.is_line() && is_dot(plane, &points) {
+        let points: Vec<DrawnPoint> = piece.iter().map(|&point| plane.place(point)).collect();
+        match points.first() {
             // A line without length in the drawing is only visible as a dot.
-            for point in points.into_iter().take(1) {
-                plane.draw(&Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
+            Some(&first) if curve.style.is_line() && points.iter().all(|point| *point == first) => {
+                drawing.circle(first, CURVE_STROKE, curve.color, None);
             }
-        } else {
-            draw_piece(plane, points, curve.color, curve.style)?;
+            None if curve.style.is_line() => {}
+            _ => drawing.piece(points, curve.color, curve.style),
         }
     }
-    Ok(())
 }
 
 fn step(scale: &Scale, value: f64) -> usize {
@@ -535,7 +548,7 @@ fn color_of(step: usize) -> RGBColor {
     shade((step as f64 + 0.5) / COLORS as f64)
 }
 
-fn draw_color_bar(area: &Ground, axis: &Axis, scale: &Scale, (left, right): (f64, f64), y: f64) -> Result<(), Error> {
+fn draw_color_bar(drawing: &mut Drawing, axis: &Axis, scale: &Scale, (left, right): (f64, f64), y: f64) {
     let width = right - left;
     // A long title starts left of the bar.
     let mut title = fitting_title(scale, axis, right - MARGIN);
@@ -552,45 +565,36 @@ fn draw_color_bar(area: &Ground, axis: &Axis, scale: &Scale, (left, right): (f64
     } else {
         MARGIN
     };
-    write(area, &title, LABEL_SIZE, (start, y))?;
-    let (top, bottom) = (y + LINE_HEIGHT, y + LINE_HEIGHT + BAR);
+    write(drawing, &title, LABEL_SIZE, (start, y));
+    let (top, bottom) = ((y + LINE_HEIGHT).round() as i32, (y + LINE_HEIGHT + BAR).round() as i32);
     let at = |share: f64| (left + share * width).round() as i32;
-    let (top, bottom) = (top.round() as i32, bottom.round() as i32);
     for step in 0..COLORS {
-        let from = at(step as f64 / COLORS as f64);
         // The rectangle extends to the end of the bar, so that no background is visible between it and the next.
-        let corners = [(from, top), (at(1.0), bottom)];
-        area.draw(&Rectangle::new(corners, color_of(step).filled()))?;
+        let corners = [(at(step as f64 / COLORS as f64), top), (at(1.0), bottom)];
+        drawing.rectangle(corners, (color_of(step), 1.0));
     }
-    let frame = [(at(0.0), top), (at(1.0), bottom)];
-    area.draw(&Rectangle::new(frame, stroke(BLACK, AXIS_STROKE)))?;
+    drawing.frame([(at(0.0), top), (at(1.0), bottom)], BLACK);
+    let place = |tick: f64| at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
+    for x in scale.minor_ticks().into_iter().map(place) {
+        tick(drawing, [(x, bottom), (x, bottom + MINOR_TICK)], THIN_STROKE);
+    }
     let (ticks, decimals) = scale.ticks(fitting_ticks(scale, width, 10));
-    let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Top));
-    for tick in scale.minor_ticks() {
-        let x = at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
-        area.draw(&PathElement::new(
-            [(x, bottom), (x, bottom + MINOR_TICK)],
-            stroke(BLACK, THIN_STROKE),
-        ))?;
-    }
-    for tick in ticks {
-        let x = at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
-        let line = [(x, bottom), (x, bottom + TICK)];
-        area.draw(&PathElement::new(line, stroke(BLACK, AXIS_STROKE)))?;
-        let label = scale.label(tick, decimals);
+    for value in ticks {
+        let x = place(value);
+        tick(drawing, [(x, bottom), (x, bottom + TICK)], AXIS_STROKE);
+        let label = scale.label(value, decimals);
         // The first and the last number stay within the figure.
         let half = (text_width(&label, LABEL_SIZE) / 2.0).ceil() as i32;
         let middle = x.clamp(half + 20, (right + MARGIN) as i32 - half);
-        area.draw_text(&label, &style, (middle, bottom + 2 * TICK))?;
+        drawing.text(&label, LABEL_SIZE, (middle, bottom + 2 * TICK), UPPER_MIDDLE, 0);
     }
-    Ok(())
 }
 
 /// Joins neighbouring cells of one colour in one rectangle.
-fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), Error> {
-    let columns = map.x_edges.len().saturating_sub(1);
+fn draw_map(drawing: &mut Drawing, plane: &Plane, map: &Map) {
+    let (m, columns) = (plane.m, map.x_edges.len().saturating_sub(1));
     if columns == 0 {
-        return Ok(());
+        return;
     }
     let color = |cell: Cell| match (cell, &map.key, &m.colors) {
         (Cell::Value(value), ColorKey::Codes(codes), _) => {
@@ -600,15 +604,10 @@ fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), Error> {
         (Cell::Value(value), ColorKey::Scale(_), Some((_, scale))) => Some(color_of(step(scale, value))),
         _ => None,
     };
-    let (more_x, more_y) = (
-        CELL_OVERLAP * (m.x.shown.1 - m.x.shown.0) / m.width,
-        CELL_OVERLAP * (m.y.shown.1 - m.y.shown.0) / m.height,
-    );
-    for (row, cells) in map.cells.chunks(columns).enumerate() {
-        let Some(&[low, high]) = map.y_edges.get(row..row + 2).and_then(|edges| edges.first_chunk()) else {
-            break;
-        };
-        let (low, high) = (m.y.show(low), m.y.show(high));
+    let more = |(low, high): (f64, f64), size: f64| CELL_OVERLAP * (high - low) / size;
+    let (more_x, more_y) = (more(m.x.shown, m.width), more(m.y.shown, m.height));
+    for (cells, edges) in map.cells.chunks(columns).zip(map.y_edges.windows(2)) {
+        let (low, high) = (m.y.show(edges[0]), m.y.show(edges[1]));
         let mut column = 0;
         while column < cells.len() {
             let own = color(cells[column]);
@@ -617,25 +616,15 @@ fn draw_map(plane: &Plane, m: &MeasuredText, map: &Map) -> Result<(), Error> {
                 end += 1;
             }
             let (left, right) = (m.x.show(map.x_edges[column]), m.x.show(map.x_edges[end]));
+            let lower = plane.shown(left, low);
             match own {
                 Some(color) => {
-                    let corner = ((right + more_x).min(m.x.shown.1), (high + more_y).min(m.y.shown.1));
-                    plane.draw(&Rectangle::new([(left, low), corner], color.filled()))?;
+                    let (right, high) = ((right + more_x).min(m.x.shown.1), (high + more_y).min(m.y.shown.1));
+                    drawing.rectangle([lower, plane.shown(right, high)], (color, 1.0));
                 }
-                None => draw_cell(plane, cells[column], [(left, low), (right, high)])?,
+                None => drawing.cell(cells[column], [lower, plane.shown(right, high)]),
             }
             column = end;
         }
     }
-    Ok(())
-}
-
-fn draw_area(plane: &Plane, m: &MeasuredText, area: &Area) -> Result<(), Error> {
-    for piece in &area.pieces {
-        let lower = piece.iter().map(|&(x, low, _)| (m.x.show(x), m.y.show(low)));
-        let upper = piece.iter().rev().map(|&(x, _, high)| (m.x.show(x), m.y.show(high)));
-        let outline: Vec<(f64, f64)> = lower.chain(upper).collect();
-        plane.draw(&Polygon::new(outline, area.color.mix(AREA_OPACITY).filled()))?;
-    }
-    Ok(())
 }

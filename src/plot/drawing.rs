@@ -5,16 +5,6 @@
 use super::figure::{Cell, CurveStyle, MarkShape};
 use super::style::*;
 use super::text;
-use crate::Error;
-use plotters::coord::CoordTranslate;
-use plotters::element::{Drawable, PointCollection};
-use plotters::prelude::{Circle, DrawingArea, EmptyElement, PathElement, Polygon, Rectangle, WHITE};
-use plotters::style::{Color, RGBColor, ShapeStyle};
-use plotters_backend::text_anchor::{HPos, VPos};
-use plotters_backend::{
-    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
-};
-use std::convert::Infallible;
 use stickslip_system::quote;
 use tiny_skia::{Path, PathBuilder, Rect, Transform};
 
@@ -50,15 +40,18 @@ pub struct DrawingElement {
     pub dash: Option<[u32; 2]>,
 }
 
+/// Horizontal and vertical position, drawing units.
+pub type DrawnPoint = (i32, i32);
+
 /// Form of an element.
 #[derive(Debug, Clone)]
 #[expect(missing_docs, reason = "each variant is called what it is")]
 pub enum ElementForm {
-    Line([BackendCoord; 2]),
-    Polyline(Vec<BackendCoord>),
-    Polygon(Vec<BackendCoord>),
-    Rectangle([BackendCoord; 2]),
-    Circle(BackendCoord, u32),
+    Line([DrawnPoint; 2]),
+    Polyline(Vec<DrawnPoint>),
+    Polygon(Vec<DrawnPoint>),
+    Rectangle([DrawnPoint; 2]),
+    Circle(DrawnPoint, u32),
     Text(Text),
 }
 
@@ -68,7 +61,7 @@ pub struct Text {
     /// The text.
     pub words: String,
     /// Anchor point.
-    pub at: BackendCoord,
+    pub at: DrawnPoint,
     /// Font size.
     pub size: f64,
     /// `text-anchor` in SVG, and the share of the text's width to the left of the anchor point.
@@ -82,8 +75,8 @@ pub struct Text {
 impl DrawingElement {
     /// The line, or the outline of a filled form; `None` if nothing is visible.
     pub fn outline(&self) -> Option<Path> {
-        let point = |(x, y): BackendCoord| (x as f32, y as f32);
-        let through = |points: &[BackendCoord], closed: bool| {
+        let point = |(x, y): DrawnPoint| (x as f32, y as f32);
+        let through = |points: &[DrawnPoint], closed: bool| {
             let mut path = PathBuilder::new();
             for (k, (x, y)) in points.iter().copied().map(point).enumerate() {
                 if k == 0 {
@@ -150,245 +143,139 @@ impl Drawing {
     }
 }
 
-type DrawnElement = Result<(), DrawingErrorKind<Infallible>>;
+/// Horizontal and vertical position of a text at its anchor point: [`Text::anchor`] and [`Text::drop`].
+pub(super) type TextAnchor = ((&'static str, f64), (&'static str, f64));
+
+pub(super) const UPPER_LEFT: TextAnchor = (("start", 0.0), BELOW);
+pub(super) const UPPER_MIDDLE: TextAnchor = (CENTRED, BELOW);
+pub(super) const CENTRE: TextAnchor = (CENTRED, HALF_WAY);
+pub(super) const LOWER_MIDDLE: TextAnchor = (CENTRED, ("-0.5ex", -0.25));
+pub(super) const RIGHT_MIDDLE: TextAnchor = (("end", 1.0), HALF_WAY);
+const CENTRED: (&str, f64) = ("middle", 0.5);
+const BELOW: (&str, f64) = ("0.76em", 0.76);
+const HALF_WAY: (&str, f64) = ("0.5ex", 0.25);
+
+/// Colour and opacity of a surface.
+pub(super) type Paint = (RGBColor, f64);
 
 impl Drawing {
-    fn add(&mut self, form: ElementForm, color: BackendColor, stroke: Option<u32>) -> DrawnElement {
-        let (red, green, blue) = color.rgb;
-        if color.alpha > 0.0 {
+    fn add(&mut self, form: ElementForm, (RGBColor(red, green, blue), opacity): Paint, stroke: Option<u32>) {
+        if opacity > 0.0 {
             self.elements.push(DrawingElement {
                 form,
                 color: [red, green, blue],
-                opacity: color.alpha,
+                opacity,
                 stroke,
                 dash: None,
             });
         }
-        Ok(())
-    }
-}
-
-/// Records the calls of the drawing library as elements.
-impl DrawingBackend for &mut Drawing {
-    type ErrorType = Infallible;
-
-    fn get_size(&self) -> (u32, u32) {
-        self.size
     }
 
-    fn ensure_prepared(&mut self) -> DrawnElement {
-        Ok(())
+    /// A straight line of the grid.
+    pub(super) fn grid_line(&mut self, ends: [DrawnPoint; 2], paint: Paint) {
+        self.add(ElementForm::Line(ends), paint, Some(THIN_STROKE));
     }
 
-    fn present(&mut self) -> DrawnElement {
-        Ok(())
+    /// Styles of points are drawn as unbroken lines.
+    pub(super) fn line(&mut self, points: Vec<DrawnPoint>, (color, width): (RGBColor, u32), style: CurveStyle) {
+        self.add(ElementForm::Polyline(points), (color, 1.0), Some(width));
+        if let Some(line) = self.elements.last_mut() {
+            line.dash = style.dash();
+        }
     }
 
-    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> DrawnElement {
-        self.draw_rect((x, y), (x + 1, y + 1), &color, true)
+    pub(super) fn polygon(&mut self, corners: Vec<DrawnPoint>, paint: Paint) {
+        self.add(ElementForm::Polygon(corners), paint, None);
     }
 
-    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> DrawnElement {
-        self.add(ElementForm::Line([from, to]), style.color(), Some(style.stroke_width()))
+    /// `corners`: any two that are opposite.
+    pub(super) fn rectangle(&mut self, corners: [DrawnPoint; 2], paint: Paint) {
+        self.add(ElementForm::Rectangle(ordered(corners)), paint, None);
     }
 
     /// A frame is always a hairline.
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        from: BackendCoord,
-        to: BackendCoord,
-        style: &S,
-        fill: bool,
-    ) -> DrawnElement {
-        self.add(ElementForm::Rectangle([from, to]), style.color(), (!fill).then_some(1))
+    pub(super) fn frame(&mut self, corners: [DrawnPoint; 2], color: RGBColor) {
+        self.add(ElementForm::Rectangle(ordered(corners)), (color, 1.0), Some(1));
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> DrawnElement {
-        let points = path.into_iter().collect();
-        self.add(ElementForm::Polyline(points), style.color(), Some(style.stroke_width()))
+    /// A disk, or a circle with this width of its line.
+    pub(super) fn circle(&mut self, center: DrawnPoint, radius: u32, color: RGBColor, stroke: Option<u32>) {
+        self.add(ElementForm::Circle(center, radius), (color, 1.0), stroke);
     }
 
-    fn draw_circle<S: BackendStyle>(
-        &mut self,
-        center: BackendCoord,
-        radius: u32,
-        style: &S,
-        fill: bool,
-    ) -> DrawnElement {
-        let stroke = (!fill).then(|| style.stroke_width());
-        self.add(ElementForm::Circle(center, radius), style.color(), stroke)
-    }
-
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
-        &mut self,
-        corners: I,
-        style: &S,
-    ) -> DrawnElement {
-        let corners = corners.into_iter().collect();
-        self.add(ElementForm::Polygon(corners), style.color(), None)
-    }
-
-    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> DrawnElement {
-        let words: Vec<&str> = text.split_ascii_whitespace().collect();
-        if words.is_empty() {
-            return Ok(());
+    /// A line of text, turned clockwise by `turn` degrees.
+    pub(super) fn text(&mut self, words: &str, size: f64, at: DrawnPoint, (anchor, drop): TextAnchor, turn: u32) {
+        let words: Vec<&str> = words.split_ascii_whitespace().collect();
+        if !words.is_empty() {
+            let words = quote::for_terminal(&words.join(" "));
+            let text = Text {
+                words,
+                at,
+                size,
+                anchor,
+                drop,
+                turn,
+            };
+            self.add(ElementForm::Text(text), (BLACK, 1.0), None);
         }
-        let text = Text {
-            words: quote::for_terminal(&words.join(" ")),
-            at,
-            size: style.size(),
-            anchor: match style.anchor().h_pos {
-                HPos::Left => ("start", 0.0),
-                HPos::Center => ("middle", 0.5),
-                HPos::Right => ("end", 1.0),
-            },
-            drop: match style.anchor().v_pos {
-                VPos::Top => ("0.76em", 0.76),
-                VPos::Center => ("0.5ex", 0.25),
-                VPos::Bottom => ("-0.5ex", -0.25),
-            },
-            turn: match style.transform() {
-                FontTransform::None => 0,
-                FontTransform::Rotate90 => 90,
-                FontTransform::Rotate180 => 180,
-                FontTransform::Rotate270 => 270,
-            },
+    }
+
+    /// A line, or its points.
+    pub(super) fn piece(&mut self, points: Vec<DrawnPoint>, color: RGBColor, style: CurveStyle) {
+        let (radius, stroke) = match style {
+            CurveStyle::Solid | CurveStyle::Dashed | CurveStyle::Dotted => {
+                return self.line(points, (color, CURVE_STROKE), style);
+            }
+            CurveStyle::Thin => return self.line(points, (color, CURVE_STROKE / 2), style),
+            CurveStyle::Marks(shape) => return points.into_iter().for_each(|point| self.mark(point, color, shape)),
+            CurveStyle::Points => (POINT_RADIUS, None),
+            CurveStyle::OpenPoints => (POINT_RADIUS, Some(THIN_STROKE + 4)),
+            CurveStyle::Dots => (DOT_RADIUS, None),
         };
-        self.add(ElementForm::Text(text), style.color(), None)
-    }
-}
-
-pub(super) type Sheet<'a, C> = DrawingArea<&'a mut Drawing, C>;
-
-pub(super) fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
-    Color::stroke_width(&color, width)
-}
-
-/// A dashed line. It is one element, however many dashes it has.
-struct DashedLine<P> {
-    points: Vec<P>,
-    color: RGBColor,
-    width: u32,
-    dash: [u32; 2],
-}
-
-impl<'p, P> PointCollection<'p, P> for &'p DashedLine<P> {
-    type Point = &'p P;
-    type IntoIter = &'p [P];
-
-    fn point_iter(self) -> &'p [P] {
-        &self.points
-    }
-}
-
-impl<P> Drawable<&mut Drawing> for DashedLine<P> {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        points: I,
-        drawing: &mut &mut Drawing,
-        _: (u32, u32),
-    ) -> DrawnElement {
-        let points = points.collect();
-        drawing.add(
-            ElementForm::Polyline(points),
-            self.color.to_backend_color(),
-            Some(self.width),
-        )?;
-        if let Some(line) = drawing.elements.last_mut() {
-            line.dash = Some(self.dash);
+        for point in points {
+            self.circle(point, radius, color, stroke);
         }
-        Ok(())
     }
-}
 
-/// Draws a line with this style and width. Styles of points are drawn as unbroken lines.
-pub(super) fn draw_line<C: CoordTranslate<From: Clone + 'static>>(
-    area: &Sheet<C>,
-    points: Vec<C::From>,
-    (color, width): (RGBColor, u32),
-    style: CurveStyle,
-) -> Result<(), Error> {
-    match style.dash() {
-        Some(dash) => Ok(area.draw(&DashedLine {
-            points,
-            color,
-            width,
-            dash,
-        })?),
-        None => Ok(area.draw(&PathElement::new(points, stroke(color, width)))?),
-    }
-}
-
-pub(super) fn draw_piece<C: CoordTranslate<From: Clone + 'static>>(
-    area: &Sheet<C>,
-    points: Vec<C::From>,
-    color: RGBColor,
-    style: CurveStyle,
-) -> Result<(), Error> {
-    let (radius, circle) = match style {
-        CurveStyle::Solid | CurveStyle::Dashed | CurveStyle::Dotted => {
-            return draw_line(area, points, (color, CURVE_STROKE), style);
+    /// Open marks are white inside, so that they are visible on a line.
+    fn mark(&mut self, (x, y): DrawnPoint, color: RGBColor, shape: MarkShape) {
+        let width = THIN_STROKE + 6;
+        let inner = if shape.filled { color } else { WHITE };
+        let radius = POINT_RADIUS + THIN_STROKE;
+        let corners = shape.corners(f64::from(radius));
+        let mut places: Vec<DrawnPoint> = corners
+            .map(|(right, below)| (x + right.round() as i32, y + below.round() as i32))
+            .collect();
+        if shape.cross {
+            for line in places.chunks(2) {
+                self.line(line.to_vec(), (color, width), CurveStyle::Solid);
+            }
+        } else if let Some(&first) = places.first() {
+            self.polygon(places.clone(), (inner, 1.0));
+            places.push(first);
+            self.line(places, (color, width), CurveStyle::Solid);
+        } else {
+            self.circle((x, y), radius, inner, None);
+            self.circle((x, y), radius, color, Some(width));
         }
-        CurveStyle::Thin => return draw_line(area, points, (color, CURVE_STROKE / 2), style),
-        CurveStyle::Marks(shape) => {
-            return points
-                .into_iter()
-                .try_for_each(|point| draw_mark(area, point, color, shape));
-        }
-        CurveStyle::Points => (POINT_RADIUS, color.filled()),
-        CurveStyle::OpenPoints => (POINT_RADIUS, stroke(color, THIN_STROKE + 4)),
-        CurveStyle::Dots => (DOT_RADIUS, color.filled()),
-    };
-    for point in points {
-        area.draw(&Circle::new(point, radius, circle))?;
     }
-    Ok(())
+
+    /// A cell without a value is grey. A cross marks a failed run, a single stroke a missing one.
+    pub(super) fn cell(&mut self, cell: Cell, corners: [DrawnPoint; 2]) {
+        let [(left, low), (right, high)] = corners;
+        let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
+        let (ground, lines) = match cell {
+            Cell::Failed => (WHITE, &[up, down][..]),
+            Cell::Missing => (WHITE, &[up][..]),
+            Cell::Nothing | Cell::Value(_) => (NOTHING, &[][..]),
+        };
+        self.rectangle(corners, (ground, 1.0));
+        for line in lines {
+            self.line(line.to_vec(), (BLACK, THIN_STROKE), CurveStyle::Solid);
+        }
+    }
 }
 
-/// Draws a mark. Open marks are white inside, so that they are visible on a line.
-fn draw_mark<C: CoordTranslate<From: Clone + 'static>>(
-    area: &Sheet<C>,
-    point: C::From,
-    color: RGBColor,
-    shape: MarkShape,
-) -> Result<(), Error> {
-    let edge = stroke(color, THIN_STROKE + 6);
-    let inner = if shape.filled { color.filled() } else { WHITE.filled() };
-    let radius = POINT_RADIUS + THIN_STROKE;
-    let corners = shape.corners(f64::from(radius));
-    if corners.len() == 0 {
-        area.draw(&Circle::new(point.clone(), radius, inner))?;
-        return Ok(area.draw(&Circle::new(point, radius, edge))?);
-    }
-    let places = corners.map(|(x, y)| (x.round() as i32, y.round() as i32));
-    let mut places: Vec<(i32, i32)> = places.collect();
-    if shape.cross {
-        for line in places.chunks(2) {
-            area.draw(&(EmptyElement::at(point.clone()) + PathElement::new(line.to_vec(), edge)))?;
-        }
-        return Ok(());
-    }
-    area.draw(&(EmptyElement::at(point.clone()) + Polygon::new(places.clone(), inner)))?;
-    places.push(places[0]);
-    Ok(area.draw(&(EmptyElement::at(point) + PathElement::new(places, edge)))?)
-}
-
-/// Draws a cell without a value in grey. A cross marks a failed run, a single stroke a missing one.
-pub(super) fn draw_cell<X: Copy + 'static, C: CoordTranslate<From = (X, X)>>(
-    area: &Sheet<C>,
-    cell: Cell,
-    corners: [(X, X); 2],
-) -> Result<(), Error> {
-    let [(left, low), (right, high)] = corners;
-    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
-    let (ground, lines) = match cell {
-        Cell::Failed => (WHITE, &[up, down][..]),
-        Cell::Missing => (WHITE, &[up][..]),
-        Cell::Nothing | Cell::Value(_) => (NOTHING, &[][..]),
-    };
-    area.draw(&Rectangle::new(corners, ground.filled()))?;
-    for line in lines {
-        area.draw(&PathElement::new(*line, stroke(BLACK, THIN_STROKE)))?;
-    }
-    Ok(())
+fn ordered([a, b]: [DrawnPoint; 2]) -> [DrawnPoint; 2] {
+    [(a.0.min(b.0), a.1.min(b.1)), (a.0.max(b.0), a.1.max(b.1))]
 }

@@ -1,6 +1,6 @@
 //! Figures as data: panels with curves in SI units. `draw` draws them.
 
-use plotters::style::RGBColor;
+use super::style::RGBColor;
 use serde::{Serialize, Serializer};
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;

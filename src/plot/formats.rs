@@ -3,7 +3,7 @@
 //! In PDF letters are outlines, so that no font is needed. Some printers reject transparency: translucent colours are mixed with
 //! white there.
 
-use super::drawing::{Drawing, DrawingElement, ElementForm};
+use super::drawing::{Drawing, DrawingElement, DrawnPoint, ElementForm};
 use super::html::escaped;
 use super::{signature, text};
 use crate::Error;
@@ -11,7 +11,6 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Filter, Pdf, Rect, Ref, TextStr};
-use plotters_backend::BackendCoord;
 use std::io::Write as _;
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathSegment, Pixmap, Point, Stroke, StrokeDash, Transform};
 
@@ -88,7 +87,7 @@ fn written(element: &DrawingElement) -> String {
     }
 }
 
-fn listed(points: &[BackendCoord]) -> String {
+fn listed(points: &[DrawnPoint]) -> String {
     points.iter().map(|(x, y)| format!("{x},{y} ")).collect()
 }
 

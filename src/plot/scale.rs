@@ -1,8 +1,5 @@
 //! Shown values of an axis, from SI values: prefixes, offsets, ticks.
 
-use plotters::coord::ranged1d::{BoldPoints, Ranged};
-use plotters::coord::types::RangedCoordf64;
-
 /// Largest ratio of the range to the values for which an offset is shown. In a wider range five digits suffice.
 const OFFSET_SHARE: f64 = 1.5e-3;
 
@@ -115,8 +112,7 @@ impl Scale {
 
     /// At most `count` round values, and the number of their decimals.
     pub fn ticks(&self, count: usize) -> (Vec<f64>, usize) {
-        let (low, high) = self.shown;
-        let ticks = RangedCoordf64::from(low..high).key_points(BoldPoints(count));
+        let ticks = round_values(self.shown, count);
         let whole = |decimals: usize| {
             let power = 10f64.powi(decimals as i32);
             ticks.iter().all(|t| (t * power - (t * power).round()).abs() < 1e-4)
@@ -157,6 +153,44 @@ impl Scale {
             number(tick, decimals)
         }
     }
+}
+
+/// At most `most` multiples of 1, 2 or 5 times a power of ten, from `low` to `high`.
+fn round_values((low, high): (f64, f64), most: usize) -> Vec<f64> {
+    let ends = |step: f64| {
+        let beyond = |value: f64| {
+            let rest = value - (value / step).floor() * step;
+            if (rest - step).abs() < f64::EPSILON { 0.0 } else { rest }
+        };
+        let first = low - beyond(low);
+        (if first < low { first + step } else { first }, high - beyond(high))
+    };
+    let mut step = 10f64.powf((high - low).log(10.0).floor());
+    if 1 + ((high - low) / step).floor() as usize > most {
+        step *= 10.0;
+    }
+    let mut unit = step / 10.0;
+    'finer: loop {
+        let whole = step;
+        for parts in [2.0, 5.0, 10.0] {
+            let (first, last) = ends(whole / parts);
+            if (1.0 + (last - first) / whole * parts).round() as usize > most {
+                break 'finer;
+            }
+            step = whole / parts;
+        }
+        unit /= 10.0;
+    }
+    let (first, last) = ends(step);
+    // In two parts, because a step may vanish beside a large value.
+    let base = (first / unit).floor() * unit;
+    let mut values = Vec::new();
+    let mut place = first - base;
+    while last - place - base >= -f64::EPSILON {
+        values.push(place + base);
+        place += step;
+    }
+    values
 }
 
 fn offset_text(offset: f64, grid: f64, base: &str) -> String {

@@ -1,9 +1,12 @@
 //! Colours and sizes.
 
 use super::figure::CurveStyle;
-use plotters::style::{RGBColor, WHITE};
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
+
+/// Red, green and blue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RGBColor(pub u8, pub u8, pub u8);
 
 /// Drawing units per millimetre at [`FONT_SIZE`]. Coordinates are integers.
 pub(crate) const UNITS_PER_MM: f64 = 100.0;
@@ -75,6 +78,7 @@ pub(crate) const NOTHING: RGBColor = RGBColor(214, 214, 214);
 
 /// Okabe-Ito palette in the order of use for lines. It can be distinguished with every kind of colour vision.
 pub(crate) const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
+pub(crate) const WHITE: RGBColor = RGBColor(255, 255, 255);
 pub(crate) const BLACK: RGBColor = RGBColor(0, 0, 0);
 pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);

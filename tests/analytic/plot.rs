@@ -105,9 +105,9 @@ mod marks {
 }
 
 mod colors {
-    use plotters::style::RGBColor;
+
     use stickslip::model::Mode;
-    use stickslip::plot::style::{BLUE, LIGHTNESS, ground, of_mode, shade, shade_of_code};
+    use stickslip::plot::style::{BLUE, LIGHTNESS, RGBColor, ground, of_mode, shade, shade_of_code};
 
     /// L* of a colour, from its luminance (ITU-R BT.709): its brightness in a grey print and for colour-blind eyes.
     fn lightness(RGBColor(r, g, b): RGBColor) -> f64 {
@@ -173,8 +173,8 @@ mod colors {
 }
 
 mod pages {
-    use plotters::style::RGBColor;
-    use stickslip::plot::style::NAMED;
+
+    use stickslip::plot::style::{NAMED, RGBColor};
 
     const LIGHT: &str = include_str!("../../data/page/light.css");
     const DARK: &str = include_str!("../../data/page/dark.css");

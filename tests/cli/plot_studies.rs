@@ -2,12 +2,12 @@
 
 use crate::common::cli::{Folder, json, says};
 use crate::common::page::{document, doubles};
-use plotters::style::RGBColor;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use stickslip::plot::figure::{Cell, ColorKey};
 use stickslip::plot::studies::{self, Choice, StudyData};
-use stickslip::plot::style;
+use stickslip::plot::style::{self, RGBColor};
 use stickslip::results::{ResultFile, StudyFile};
 
 /// Sticks after a stop from a low speed, which take milliseconds to compute. The two lowest frictions are invalid.

@@ -110,7 +110,7 @@ fn overlap(a: &Rect, b: &Rect) -> bool {
 }
 
 fn assert_readable(figure: &Figure, width: f64) {
-    let drawing = plot::draw(figure, width).unwrap();
+    let drawing = plot::draw(figure, width);
     let size = (drawing.size.0 as f32, drawing.size.1 as f32);
     let (texts, paths) = boxes(&drawing);
     let name = format!("{} at {width} mm", figure.name);
@@ -207,7 +207,7 @@ fn property_a_dark_figure_is_the_same_in_other_colours() {
     let axis = || Axis::new("x", "s");
     let curve = Curve::line("line", stickslip::plot::style::BLUE, line);
     let figure = Figure::new("one", "One", vec![Panel::new(axis(), axis(), vec![curve])]);
-    let light = plot::draw(&figure, 85.0).unwrap();
+    let light = plot::draw(&figure, 85.0);
     let dark = light.clone().on_dark();
     assert_eq!(
         light.elements.len(),

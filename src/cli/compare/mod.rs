@@ -157,7 +157,7 @@ fn figures(
                 title: figure.full_title(),
                 svg: Drawing {
                     source: report.source().to_owned(),
-                    ..plot::draw(figure, WIDTH)?
+                    ..plot::draw(figure, WIDTH)
                 }
                 .svg(),
             }))

@@ -4,9 +4,8 @@
 use super::figure::{Axis, Curve, CurveStyle, Figure, MarkShape, Panel, TIP_DOWN, drawn};
 use super::studies::data::{drawn_axis, unknown};
 use super::studies::{StudyColumn, StudyData, StudyEntry, entry, refused, title};
-use super::style::{BLACK, BLUE, ORANGE, VERMILLION, line_color};
+use super::style::{BLACK, BLUE, ORANGE, RGBColor, VERMILLION, line_color};
 use crate::Error;
-use plotters::style::RGBColor;
 use quantity::{BranchQuantity, QUANTITIES, Value};
 use std::ops::RangeInclusive;
 use std::path::Path;

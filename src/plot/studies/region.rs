@@ -5,8 +5,7 @@ use super::{refused, title};
 use crate::Error;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use crate::plot::html::Overlay;
-use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
-use plotters::style::RGBColor;
+use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, RGBColor, VERMILLION};
 use stickslip_files::StudyFile;
 
 /// Largest residual that is coloured. Colours outside the region show the slope there.
