@@ -111,10 +111,14 @@ impl WrittenCase {
     ///
     /// # Errors
     /// Errors of [`Self::with`].
-    pub fn with_all(&self, changes: &[(&str, f64)]) -> Result<Case, CaseError> {
+    pub fn with_all<P: AsRef<str>>(&self, changes: &[(P, f64)]) -> Result<Case, CaseError> {
         let (source, overrides) = &self.text;
         let mut overrides = overrides.clone();
-        overrides.extend(changes.iter().map(|(path, value)| Override::number(path, *value)));
+        overrides.extend(
+            changes
+                .iter()
+                .map(|(path, value)| Override::number(path.as_ref(), *value)),
+        );
         Case::read(source, &overrides)
     }
 
@@ -131,7 +135,8 @@ impl WrittenCase {
     }
 
     /// Like [`Self::moved`], for several parameters.
-    pub fn moved_all(&self, changes: &[(&str, f64)]) -> Option<(System, f64)> {
+    pub fn moved_all<P: AsRef<str>>(&self, changes: &[(P, f64)]) -> Option<(System, f64)> {
+        let changes: Vec<(&str, f64)> = changes.iter().map(|(path, value)| (path.as_ref(), *value)).collect();
         if self.case.is_short() {
             let mut case = self.case.clone();
             let strange = changes.iter().filter(|(path, value)| !case.put(path, *value, true));
@@ -147,7 +152,7 @@ impl WrittenCase {
             let valid = strange.is_empty() || changes.iter().all(fits) && conditions::violated(&case).is_empty();
             return (found && valid).then_some((case.system, 0.0));
         }
-        let case = self.with_all(changes).ok()?;
+        let case = self.with_all(&changes).ok()?;
         Some((case.system, case.threshold))
     }
 }

@@ -3,16 +3,13 @@
 //! Any other cause is named if the reference's run with it reproduces the candidate ([`super::causes`]). Symptoms propose
 //! what to try.
 
-use super::causes::smooth::Creep;
-use super::detect::Found;
 use super::reference::Physics;
-use super::states::{Grid, Tally};
+use super::states::Tally;
 use super::{Channel, Vocabulary};
 use serde::Serialize;
 use std::borrow::Cow;
 use stickslip_case::quantity::{self, Dimension};
 use stickslip_case::{Case, Motion};
-use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 
 /// What is wrong with a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -149,36 +146,19 @@ pub(super) fn wrong_units(fault: &UnitFault) -> Diagnosis {
     Diagnosis::tried(CauseKind::WrongUnits, evidence, fault.explained)
 }
 
-pub(super) struct Symptoms<'a> {
-    pub physics: &'a Physics,
-    pub reference: &'a [SequenceEvent],
-    pub found: &'a [Found],
-    pub alignment: &'a Alignment,
-    pub grid: Grid,
-    /// |omega_r| at which the candidate stands still outside the tolerance, rad/s.
-    pub plateau: f64,
-    pub creep: Option<Creep>,
-}
+/// The last digit of an angle of some hundred radians, rad.
+pub(super) const LAST_DIGIT: f64 = f64::EPSILON * 256.0;
 
-impl Symptoms<'_> {
-    /// Last digit of the rotor's angle (rad), if its twist is a multiple of it in nearly all samples.
-    pub fn last_digit_of_angles(&self) -> Option<f64> {
-        const DIGIT: f64 = f64::EPSILON * 256.0;
-        let nearly_all = self.grid.of >= 16 && self.grid.on as f64 >= 0.999 * self.grid.of as f64;
-        // Rounding is a cause if an instability amplifies it.
-        (self.physics.coasts() && nearly_all).then_some(DIGIT)
-    }
-
-    /// Evidence for the last digit of angles (rad): rounding to it makes this part of the candidate's difference.
-    pub fn absolute_angles(&self, digit: f64, part: f64) -> String {
-        let stiffness = self.physics.system().rotor.stiffness.first().copied().unwrap_or(0.0);
-        let (floor, percent) = (stiffness * digit, 100.0 * part);
-        format!(
-            "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
-             under its torques, which the instability amplifies; a run of the case with its steps, whose twist is rounded to that digit, \
-             differs from one that is not by {percent:.0} % as much as the candidate does from the reference; integrate the twist itself"
-        )
-    }
+/// Rounding to the last digit of angles makes this part of the candidate's difference.
+pub(super) fn absolute_angles(physics: &Physics, part: f64) -> Diagnosis {
+    let stiffness = physics.system().rotor.stiffness.first().copied().unwrap_or(0.0);
+    let (floor, percent) = (stiffness * LAST_DIGIT, 100.0 * part);
+    let evidence = format!(
+        "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
+         under its torques, which the instability amplifies; a run of the case with its steps, whose twist is rounded to that digit, \
+         differs from one that is not by {percent:.0} % as much as the candidate does from the reference; integrate the twist itself"
+    );
+    Diagnosis::shown(CauseKind::AbsoluteAngles, evidence)
 }
 
 /// The next round numbers above a speed, and one just above it: values in between declare the same sticks.

@@ -97,7 +97,6 @@ use causes::smooth::{Creep, CreepPass};
 use causes::{Causes, EXPLAINED, JumpPass, ObservationPass, Passes, Shown, clock};
 use comparison::channel_errors;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, HysteresisPass};
-use diagnosis::Symptoms;
 use error::{DEFAULT_WALL_TIME, Limit};
 use event_errors::EventErrors;
 use integrals::{EnergyPass, ImpulsePass};
@@ -379,19 +378,15 @@ impl Reference {
         // The case of a result file already shows the differences.
         if !candidate.is_own() && unit_faults.is_empty() && !mapping.quick {
             let floor = resolution.as_ref().map_or(0.0, |resolution| resolution.event_error);
-            let symptoms = Symptoms {
-                physics,
-                reference: &reference_word,
-                found: &found,
+            let shown = Shown {
+                candidate: &candidate,
+                reference: &own,
+                covered: &reference_word,
                 alignment: &alignment,
+                found: &found,
                 grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
                 plateau: survey.plateau,
                 creep: states.as_ref().and_then(|s| s.creep),
-            };
-            let shown = Shown {
-                candidate: &candidate,
-                symptoms,
-                reference: &own,
                 shows_contact,
                 limit,
                 span,

@@ -125,8 +125,8 @@ const MOST_PROBED: usize = 200_000;
 /// Count of rotor twists that are multiples of the rounding of the rotor's angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Grid {
-    pub on: usize,
-    pub of: usize,
+    on: usize,
+    of: usize,
 }
 
 /// A part of the samples.
@@ -375,6 +375,11 @@ impl<'a> StatePass<'a> {
 }
 
 impl Grid {
+    /// Whether nearly all are such multiples.
+    pub fn is_rounded(&self) -> bool {
+        self.of >= 16 && self.on as f64 >= 0.999 * self.of as f64
+    }
+
     /// A difference of two angles is a multiple of their last digit, but an integrated twist is not. `angle` is the
     /// rotor's, rad.
     fn look(&mut self, channels: &[Channel], block: &Block, rows: Range<usize>, angle: f64) {

@@ -66,7 +66,10 @@ impl Search<'_> {
             let (own, reference) = (seen.values[k][row], seen.reference[k][row]);
             let part = (own - reference).abs() / seen.sizes[k];
             if physics.state.contains(&channel) && part > NAMED {
-                let (name, unit) = (self.candidate.name_of(channel), physics.vocabulary().unit(channel));
+                let (name, unit) = (
+                    self.shown.candidate.name_of(channel),
+                    physics.vocabulary().unit(channel),
+                );
                 let (own, reference) = (digits(own, reference), digits(reference, own));
                 off.push((part, format!("{name} = {own} {unit} instead of {reference}")));
             }

@@ -7,9 +7,8 @@ use super::judge::{ALL, EXPLAINED, Judged};
 use super::kick::{self, OtherKick};
 use super::motion::Played;
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal};
+use super::{Cause, Causes, Proposal, proposals};
 use crate::diagnosis::{CauseKind, limit_of, percent};
-use std::sync::Arc;
 use stickslip_case::Motion;
 use stickslip_engine::workers::over_processors;
 use stickslip_system::model::system::KickSide;
@@ -61,8 +60,7 @@ impl ChangedSystem {
         };
         let kicks = evidence.case.case().system.kicks.iter().enumerate();
         let kicks = kicks.filter_map(|(number, kick)| Some((number, *kick.time.at()?)));
-        let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
-        let starts: Vec<usize> = starts.collect();
+        let starts = search.starts();
         let mut found = Vec::new();
         for ((number, own), &start) in kicks.flat_map(|kick| starts.iter().map(move |start| (kick, start))) {
             let run =
@@ -88,10 +86,6 @@ impl ChangedSystem {
         }
         proposals(found)
     }
-}
-
-fn proposals(all: impl IntoIterator<Item = ChangedSystem>) -> Vec<Proposal> {
-    all.into_iter().map(|changed| Arc::new(changed) as Proposal).collect()
 }
 
 impl Cause for ChangedSystem {
@@ -149,10 +143,6 @@ impl Cause for ChangedSystem {
             ChangedSystem::KickAt(..) | ChangedSystem::StickTest(_) => 1,
             ChangedSystem::State => 4,
         }
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        self.is_state() || !evidence.is_other_state(start)
     }
 
     fn is_state(&self) -> bool {

@@ -10,10 +10,9 @@ use super::judge::{EXPLAINED, Judged};
 use super::motion::Played;
 use super::parameters::agreement;
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal, filing};
+use super::{Cause, Causes, Proposal, filing, proposals};
 use crate::diagnosis::CauseKind;
 use serde::Serialize;
-use std::sync::Arc;
 use stickslip_system::record::EventKind;
 use stickslip_system::record::sequence::SequenceEvent;
 
@@ -215,23 +214,24 @@ pub(crate) struct Clocked {
 /// The reference at times that are `add` (s) later.
 fn shifted(search: &Search<'_>, add: f64) -> Option<Played> {
     let evidence = search.evidence;
-    let values = match evidence.observation {
-        Some(observation) => {
-            let mut values = observation.reference_at(search.reference.walk().ok()?, add).ok()?;
-            observation.complete(&mut values, evidence.physics, &evidence.physics.course, add);
-            values
-        }
-        None => Vec::new(),
-    };
-    let events = search.reference.word.iter().map(|event| SequenceEvent {
-        time: event.time - add,
-        ..*event
-    });
+    let mut values = Vec::new();
+    if let Some(observation) = evidence.observation {
+        values = observation.reference_at(search.reference.walk().ok()?, add).ok()?;
+        observation.complete(&mut values, evidence.physics, &evidence.physics.course, add);
+    }
+    let events = moved(&search.reference.word, |time| time - add);
     Some(Played {
         values,
-        events: events.collect(),
-        steps: 0,
+        ..Played::of_events(events)
     })
+}
+
+fn moved(word: &[SequenceEvent], time: impl Fn(f64) -> f64) -> Vec<SequenceEvent> {
+    let moved = word.iter().map(|event| SequenceEvent {
+        time: time(event.time),
+        ..*event
+    });
+    moved.collect()
 }
 
 /// An offset to add (s) that the samples show, from those of single events.
@@ -246,13 +246,7 @@ fn offset_of_samples(search: &Search<'_>) -> Option<f64> {
     begin.retain(|add| add.abs() > LEAST * period);
     begin.sort_by(f64::total_cmp);
     begin.dedup();
-    let cost = |add: f64| {
-        let moved = reference.word.iter().map(|event| SequenceEvent {
-            time: event.time - add,
-            ..*event
-        });
-        agreement(&moved.collect::<Vec<_>>(), evidence.word, period).cost
-    };
+    let cost = |add: f64| agreement(&moved(&reference.word, |time| time - add), evidence.word, period).cost;
     let begin = begin.into_iter().map(|add| (cost(add), add));
     let (least, begin) = begin.min_by(|a, b| a.0.total_cmp(&b.0))?;
     // With another clock all events agree; an offset below the error of their times shows in the samples alone.
@@ -275,20 +269,17 @@ impl Cause for Clocked {
         let corners = reference.events.iter();
         let corners = corners.filter(|event| event.kind == EventKind::Corner && event.time > 0.0);
         let kick = search.evidence.kicked.map(|time| ("the kick", time));
-        let anchors = kick
-            .into_iter()
-            .chain(first)
-            .chain(corners.map(|event| (corner, event.time)));
-        let anchors: Vec<(&'static str, f64)> = anchors.collect();
+        let mut anchors: Vec<(&'static str, f64)> = kick.into_iter().chain(first).collect();
+        anchors.extend(corners.map(|event| (corner, event.time)));
         let clock = other_clock(&reference.word, search.evidence.word, &anchors, search.evidence.period);
-        let add = match (&clock, search.offset) {
+        let add = match (&clock, search.shown.offset) {
             (Some(clock), _) => Some(clock.to_add()),
             (None, Some(offset)) => Some(offset.seconds),
             (None, None) => offset_of_samples(search),
         };
         let clocked = add.and_then(|add| {
             let played = shifted(search, add)?;
-            let clock = match (clock, search.offset) {
+            let clock = match (clock, search.shown.offset) {
                 (None, None) => Some(OtherClock {
                     offset: -add,
                     counts_from: None,
@@ -296,20 +287,14 @@ impl Cause for Clocked {
                 }),
                 (clock, _) => clock,
             };
-            let offset = search.offset;
-            let proposal: Proposal = Arc::new(Clocked { clock, offset, played });
-            Some(proposal)
+            let offset = search.shown.offset;
+            Some(Clocked { clock, offset, played })
         });
-        clocked.into_iter().collect()
+        proposals(clocked)
     }
 
     fn run(&self, _: &Evidence<'_>, _: usize) -> Option<Played> {
         Some(self.played.clone())
-    }
-
-    /// The motion is the reference's, and does not begin in the candidate's own state.
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        filing::is_start_of_case(evidence, start)
     }
 
     /// A clock whose zero is an event of the reference may be that of a solver with errors of its own.
@@ -333,7 +318,7 @@ impl Cause for Clocked {
     /// A known origin of the times says most, then agreement of the events, then the offset. The proposal includes an
     /// offset that was given.
     fn words(&self, search: &Search<'_>) -> (CauseKind, String) {
-        let given = search.candidate.clock.offset;
+        let given = search.shown.candidate.clock.offset;
         let words = match (&self.clock, self.offset) {
             (Some(OtherClock { counts_from: None, .. }) | None, Some(offset)) => FoundOffset {
                 seconds: offset.seconds + given,
@@ -380,38 +365,14 @@ pub(crate) struct ClockRate {
     origin: f64,
 }
 
-impl ClockRate {
-    /// The reference's time at a time of the candidate, s.
-    fn to_reference(&self, time: f64) -> f64 {
-        self.origin + (time - self.origin) / self.rate
-    }
-
-    fn played(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        let moved = |event: &SequenceEvent| SequenceEvent {
-            time: self.origin + (event.time - self.origin) * self.rate,
-            kind: event.kind,
-        };
-        let mut played = Played {
-            values: Vec::new(),
-            events: evidence.reference.iter().map(moved).collect(),
-            steps: 0,
-        };
-        if let Some(seen) = evidence.observation {
-            let times: Vec<f64> = seen.time.iter().map(|time| self.to_reference(*time)).collect();
-            played.values = evidence.unchanged_at(start, &times)?;
-            seen.derive(&mut played.values, evidence.physics);
-        }
-        Some(played)
-    }
-}
-
 impl Cause for ClockRate {
     /// Rates that the events show, fitted.
     fn propose(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
-        let Some(start) = filing::start_of_case(evidence).filter(|_| evidence.word.len() >= FEWEST_EVENTS) else {
+        if evidence.word.len() < FEWEST_EVENTS {
             return Vec::new();
-        };
+        }
+        let is_near = |rate: &f64| (1.0 / MOST_RATE..MOST_RATE).contains(rate);
         let first = evidence.observation.and_then(|seen| seen.time.first().copied());
         let mut origins = vec![0.0];
         origins.extend(first.filter(|first| *first != 0.0));
@@ -421,38 +382,30 @@ impl Cause for ClockRate {
             let mut ratios: Vec<f64> = pairs.map(|(a, b)| (a.time - origin) / (b.time - origin)).collect();
             ratios.sort_by(f64::total_cmp);
             let shown = ratios.get(ratios.len() / 2).copied();
-            let begin = shown
-                .into_iter()
-                .chain([1.0])
-                .filter(|rate| (1.0 / MOST_RATE..MOST_RATE).contains(rate));
-            let rates = begin.filter_map(|begin| {
-                fitted(evidence, begin, UNIT, &|rate, _| {
-                    ClockRate { rate, origin }.played(evidence, start)
-                })
-            });
-            rates.collect::<Vec<f64>>()
+            let begin = shown.into_iter().chain([1.0]).filter(is_near);
+            let play = |rate: f64, _: f64| ClockRate { rate, origin }.run(evidence, 0);
+            let rates = begin.filter_map(|begin| fitted(evidence, begin, UNIT, &play));
+            let large = rates.filter(|rate| (rate - 1.0).abs() >= LEAST_CHANGE && is_near(rate));
+            large.map(|rate| ClockRate { rate, origin }).collect::<Vec<_>>()
         };
-        let rates = origins
-            .into_iter()
-            .flat_map(|origin| of_origin(origin).into_iter().map(move |rate| (rate, origin)));
-        let large =
-            rates.filter(|(rate, _)| (rate - 1.0).abs() >= LEAST_CHANGE && (1.0 / MOST_RATE..MOST_RATE).contains(rate));
-        large
-            .map(|(rate, origin)| Arc::new(ClockRate { rate, origin }) as Proposal)
-            .collect()
+        proposals(origins.into_iter().flat_map(of_origin))
     }
 
-    fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        self.played(evidence, start)
+    fn run(&self, evidence: &Evidence<'_>, _: usize) -> Option<Played> {
+        let to_candidate = |time: f64| self.origin + (time - self.origin) * self.rate;
+        let mut played = Played::of_events(moved(evidence.reference, to_candidate));
+        if let Some(seen) = evidence.observation {
+            let to_reference = |time: &f64| self.origin + (time - self.origin) / self.rate;
+            let times: Vec<f64> = seen.time.iter().map(to_reference).collect();
+            played.values = evidence.unchanged_case_at(&times)?;
+            seen.derive(&mut played.values, evidence.physics);
+        }
+        Some(played)
     }
 
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
         let judged = evidence.judged(played, f64::INFINITY)?;
-        Some(if evidence.detected.is_some() {
-            judged.by_samples()
-        } else {
-            judged
-        })
+        Some(judged.by_samples_if(evidence.detected.is_some()))
     }
 
     fn least(&self, _: &Evidence<'_>) -> f64 {
@@ -474,9 +427,5 @@ impl Cause for ClockRate {
 
     fn is_of_file(&self) -> bool {
         true
-    }
-
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        filing::is_start_of_case(evidence, start)
     }
 }

@@ -3,6 +3,7 @@
 
 use super::fit::{Fit, FitPoint, Unknown, closest, square};
 use super::motion::Played;
+use super::number::ChangedNumber;
 use super::observation::Observation;
 use super::parameters::of_normal_force;
 use super::search::Search;
@@ -82,7 +83,7 @@ impl<'a> Stretches<'a> {
         let outside: Vec<Outside> = time.iter().map(|time| physics.course.outside(*time)).collect();
         let others = search.reference.events.iter().filter(|e| !e.kind.in_event_sequence());
         let mut breaks: Vec<f64> = others.map(|e| e.time).collect();
-        breaks.extend(search.symptoms.found.iter().map(|found| found.time));
+        breaks.extend(search.shown.found.iter().map(|found| found.time));
         breaks.sort_by(f64::total_cmp);
         let system = physics.system();
         let velocity = |row: usize| system.relative_velocity(&outside[row], &states[row]);
@@ -90,9 +91,10 @@ impl<'a> Stretches<'a> {
         while first + POINTS <= time.len() {
             let time: [f64; POINTS] = std::array::from_fn(|k| time[first + k]);
             let speeds: [f64; POINTS] = std::array::from_fn(|k| velocity(first + k));
-            let mode = physics.mode(speeds[0], search.tolerance);
-            let is_in_mode =
-                |w: &f64| physics.mode(*w, search.tolerance) == mode && (mode == Mode::Stick || w * speeds[0] > 0.0);
+            let mode = physics.mode(speeds[0], search.shown.tolerance);
+            let is_in_mode = |w: &f64| {
+                physics.mode(*w, search.shown.tolerance) == mode && (mode == Mode::Stick || w * speeds[0] > 0.0)
+            };
             let is_dense = time
                 .windows(2)
                 .all(|two| two[1] - two[0] <= physics.natural_period() / PER_PERIOD);
@@ -169,12 +171,9 @@ impl<'a> Stretches<'a> {
     }
 }
 
-/// Parameters with which the equations hold, and the errors of their values.
-pub(super) type OfEquations = (Vec<(String, f64)>, Vec<f64>);
-
 /// Parameters, one or two at once, with which the equations of the case hold for the candidate's samples, and others
 /// that do as well. There are none if the equations hold as they are, or if the samples do not show them.
-pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
+pub(super) fn fitted(search: &Search<'_>) -> Vec<ChangedNumber> {
     let case = search.evidence.case;
     let own = &case.case().system;
     let Some(mut stretches) = Stretches::of(search) else {
@@ -216,17 +215,14 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
     unknown.retain(Unknown::is_alone);
     let play = |number: usize| {
         let stretches = &stretches;
-        move |numbers: &[(String, f64)], _| {
-            let changes: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
-            Some(stretches.integrals(&case.moved_all(&changes)?.0, number))
-        }
+        move |numbers: &[(String, f64)], _| Some(stretches.integrals(&case.moved_all(numbers)?.0, number))
     };
     let left = |point: &FitPoint| square(&evidence.residual(&point.played, point.window));
     let total = square(&evidence.residual(&fine, count));
     let floor = FLOOR * FLOOR * (count * observed.channels.len()) as f64;
     let as_much = |one: f64, best: f64| one + floor <= AS_MUCH * (best + floor);
     // The values with their errors, if they explain the residual. The quadrature through fewer samples bounds the error.
-    let explained = |(which, point): &(Vec<usize>, FitPoint)| -> Option<OfEquations> {
+    let explained = |(which, point): &(Vec<usize>, FitPoint)| -> Option<ChangedNumber> {
         let units: Vec<f64> = which.iter().map(|&k| unknown[k].unit).collect();
         let [fine, coarse] = [0, 1].map(|number| {
             let (play, unknown) = (play(number), &unknown);
@@ -249,7 +245,7 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
             errors.push(scatter[k].max(0.1 * quadrature));
         }
         let numbers = Unknown::changes_of(&unknown, which, &point.values);
-        (left(point) <= LEFT * LEFT * total).then_some((numbers, errors))
+        (left(point) <= LEFT * LEFT * total).then(|| ChangedNumber::told(numbers, errors))
     };
     for pairs in [false, true] {
         let mut found = closest(evidence, &play(0), &fine, &unknown, pairs, &[]);
@@ -260,7 +256,7 @@ pub(super) fn fitted(search: &Search<'_>) -> Vec<OfEquations> {
         found.retain(|other| as_much(left(&other.1), best));
         // Among parameters that explain as much, the force comes last.
         found.sort_by_key(|(which, _)| of_normal_force(&unknown[which[0]].path));
-        let all: Vec<OfEquations> = found.iter().filter_map(explained).collect();
+        let all: Vec<ChangedNumber> = found.iter().filter_map(explained).collect();
         // If two pairs explain as much, neither is shown.
         if !all.is_empty() && (!pairs || found.len() == 1) {
             return all;

@@ -6,6 +6,7 @@ use super::parameters::Agreement;
 use crate::detect::Detection;
 use crate::error::Limit;
 use crate::reference::Physics;
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use stickslip_case::WrittenCase;
@@ -158,6 +159,11 @@ impl<'a> Evidence<'a> {
         matches!((self.starts.get(start), first), (Some(TrialStart::At(at, _)), Some((time, _))) if at == time)
     }
 
+    /// The start in the state of the case.
+    pub fn start_of_case(&self) -> Option<usize> {
+        self.starts.iter().position(|start| *start == TrialStart::Case)
+    }
+
     /// Number of the candidate's events, 0 if only its motion up to an onset is known.
     pub fn compared_events(&self) -> usize {
         if self.is_smooth { 0 } else { self.word.len() }
@@ -212,14 +218,18 @@ impl<'a> Evidence<'a> {
         system
     }
 
+    fn begun<'b>(&self, system: &'b System, start: &TrialStart) -> Cow<'b, System> {
+        match start {
+            TrialStart::Case => Cow::Borrowed(system),
+            TrialStart::At(..) => Cow::Owned(self.kicked(system)),
+        }
+    }
+
     fn trace(&self, start: usize) -> Option<Traced> {
         let case = self.case.case();
         self.count_run()?;
         let start = self.starts.get(start)?;
-        let system = match start {
-            TrialStart::Case => case.system.clone(),
-            TrialStart::At(..) => self.kicked(&case.system),
-        };
+        let system = self.begun(&case.system, start);
         self.request(&system, case.threshold, start).traced()
     }
 
@@ -233,26 +243,9 @@ impl<'a> Evidence<'a> {
 
     /// The motion of a system from a start, sampled like the candidate.
     pub fn motion(&self, system: &System, threshold: f64, start: &TrialStart) -> Option<Played> {
-        self.motion_within(self.most_steps, system, threshold, start)
-    }
-
-    /// Like [`Self::motion`], with another bound on steps.
-    pub fn motion_within(
-        &self,
-        most_steps: Option<usize>,
-        system: &System,
-        threshold: f64,
-        start: &TrialStart,
-    ) -> Option<Played> {
         self.count_run()?;
-        let system = &match start {
-            TrialStart::Case => system.clone(),
-            TrialStart::At(..) => self.kicked(system),
-        };
-        let request = MotionRequest {
-            most_steps,
-            ..self.request(system, threshold, start)
-        };
+        let system = self.begun(system, start);
+        let request = self.request(&system, threshold, start);
         match self.observation {
             Some(observation) => request.sampled(self.physics, observation),
             None => request.events(),
@@ -261,16 +254,15 @@ impl<'a> Evidence<'a> {
 
     /// The motion of the case, changed by `change`, from a start.
     pub fn with(&self, start: usize, change: impl FnOnce(&mut System)) -> Option<Played> {
-        let case = self.case.case();
+        let (case, start) = (self.case.case(), self.starts.get(start)?);
         let mut system = case.system.clone();
         change(&mut system);
-        self.motion(&system, case.threshold, self.starts.get(start)?)
+        self.motion(&system, case.threshold, start)
     }
 
     /// The motion of the case with other parameters (paths, and values in SI) from a start.
     pub fn with_numbers(&self, start: usize, changes: &[(String, f64)]) -> Option<Played> {
-        let changes: Vec<(&str, f64)> = changes.iter().map(|(path, value)| (path.as_str(), *value)).collect();
-        let case = self.case.with_all(&changes).ok()?;
+        let case = self.case.with_all(changes).ok()?;
         self.motion(&case.system, case.threshold, self.starts.get(start)?)
     }
 
@@ -278,22 +270,15 @@ impl<'a> Evidence<'a> {
     pub fn unchanged(&self, start: usize) -> Option<Played> {
         let traced = self.unchanged.get(start)?.as_ref()?;
         Some(match self.observation {
-            Some(observation) => {
-                let mut values = self.unchanged_at(start, &observation.time)?;
-                observation.complete(&mut values, self.physics, &self.physics.course, 0.0);
-                Played {
-                    values,
-                    ..traced.played.clone()
-                }
-            }
+            Some(observation) => traced.sampled(&mut self.physics.course(), self.physics, observation),
             None => traced.played.clone(),
         })
     }
 
-    /// The observed channels of the unchanged case from a start, at other increasing times (s); NaN where the motion is
-    /// unknown.
-    pub fn unchanged_at(&self, start: usize, times: &[f64]) -> Option<ObservedValues> {
-        let traced = self.unchanged.get(start)?.as_ref()?;
+    /// The observed channels of the unchanged case from its own start, at other increasing times (s); NaN where the
+    /// motion is unknown.
+    pub fn unchanged_case_at(&self, times: &[f64]) -> Option<ObservedValues> {
+        let traced = self.unchanged.get(self.start_of_case()?)?.as_ref()?;
         let channels = &self.observation?.channels;
         Some(traced.values_at(&mut self.physics.course(), self.physics, channels, times))
     }

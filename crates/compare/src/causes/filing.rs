@@ -1,15 +1,14 @@
 //! Rows of a right motion that another program has processed: exchanged, moved, repeated, averaged or filtered.
 
-use super::evidence::{Evidence, TrialStart};
+use super::evidence::Evidence;
 use super::fit::{fitted, golden};
 use super::judge::{ALL, EXACT, Judged};
 use super::motion::Played;
 use super::observation::{Observation, ObservedValues};
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal};
+use super::{Cause, Causes, Proposal, proposals};
 use crate::diagnosis::{CauseKind, Diagnosis};
 use std::f64::consts::{PI, SQRT_2, TAU};
-use std::sync::Arc;
 use stickslip_case::quantity::Dimension;
 use stickslip_engine::workers::over_processors;
 
@@ -122,13 +121,10 @@ impl Filter {
         self.forward(corner, known.iter_mut());
         if both_ways {
             self.forward(corner, known.iter_mut().rev());
-            known
-                .iter_mut()
-                .rev()
-                .take(unsettled)
-                .for_each(|value| *value = f64::NAN);
+            let end = known.len() - unsettled;
+            known[end..].fill(f64::NAN);
         }
-        known.iter_mut().take(unsettled).for_each(|value| *value = f64::NAN);
+        known[..unsettled].fill(f64::NAN);
         filtered
     }
 }
@@ -147,8 +143,7 @@ struct EvenRows {
 
 impl EvenRows {
     /// Rows up to the last sample; `None` if the samples are not even.
-    fn of(evidence: &Evidence<'_>, start: usize) -> Option<EvenRows> {
-        let seen = evidence.observation?;
+    fn of(evidence: &Evidence<'_>, seen: &Observation) -> Option<EvenRows> {
         let (interval, first) = (seen.interval?, *seen.time.first()?);
         let before = MOST_AVERAGED;
         let place = |time: &f64| {
@@ -163,7 +158,7 @@ impl EvenRows {
         Some(EvenRows {
             interval,
             before,
-            values: evidence.unchanged_at(start, &times)?,
+            values: evidence.unchanged_case_at(&times)?,
             places,
         })
     }
@@ -217,21 +212,12 @@ impl EvenRows {
     }
 }
 
-/// Whether a start is that of the case. The rows of a file are processed without regard to where the candidate begins.
-pub(super) fn is_start_of_case(evidence: &Evidence<'_>, start: usize) -> bool {
-    matches!(evidence.starts.get(start), Some(TrialStart::Case))
-}
-
-pub(super) fn start_of_case(evidence: &Evidence<'_>) -> Option<usize> {
-    (0..evidence.starts.len()).find(|start| is_start_of_case(evidence, *start))
-}
-
 /// Channels of the candidate's own columns that the processed values bring closer to the candidate than `plain` ones
 /// do, with the mean squares that are left then, in parts of the sizes; `None` if there are none.
 fn closer(seen: &Observation, plain: &ObservedValues, processed: &ObservedValues) -> Option<(f64, Vec<bool>)> {
     let mut left = 0.0;
     let mut which = vec![false; seen.channels.len()];
-    for channel in (0..which.len()).filter(|&channel| seen.is_column(channel)) {
+    for channel in seen.columns() {
         let [plain, processed] = [plain, processed].map(|values| seen.left_in(channel, &values[channel]));
         which[channel] = processed < plain;
         left += if which[channel] { processed } else { plain };
@@ -263,10 +249,8 @@ impl FiledRows {
     }
 
     /// Each column is the channel that is closest to it, if no two are the same one.
-    fn swapped(evidence: &Evidence<'_>) -> Option<FiledRows> {
-        let seen = evidence.observation?;
-        let columns = (0..seen.channels.len()).filter(|&channel| seen.is_column(channel));
-        let columns: Vec<usize> = columns.collect();
+    fn swapped(evidence: &Evidence<'_>, seen: &Observation) -> Option<FiledRows> {
+        let columns: Vec<usize> = seen.columns().collect();
         let mut places: Vec<usize> = (0..seen.channels.len()).collect();
         for &channel in &columns {
             let left = |of: &usize| seen.left_in(channel, &seen.reference[*of]);
@@ -283,8 +267,7 @@ impl FiledRows {
     }
 
     /// Channels that are off by their mean difference.
-    fn offset(evidence: &Evidence<'_>) -> Option<FiledRows> {
-        let seen = evidence.observation?;
+    fn offset(evidence: &Evidence<'_>, seen: &Observation) -> Option<FiledRows> {
         let channels = 0..seen.channels.len();
         let constants: Vec<f64> = channels.clone().map(|channel| seen.mean_off(channel)).collect();
         let each = seen.reference.iter().zip(&constants);
@@ -299,45 +282,34 @@ impl FiledRows {
         FiledRows::of(evidence, Filing::Offset(constants), which, &seen.reference, &moved).filter(|_| any)
     }
 
-    fn repeated(evidence: &Evidence<'_>, start: usize) -> Option<FiledRows> {
-        let seen = evidence.observation?;
-        let held = evidence
-            .unchanged_at(start, &seen.since)
-            .filter(|_| seen.repeated.is_some())?;
-        let which = vec![true; held.len()];
-        FiledRows::of(evidence, Filing::Repeated(seen.repeated?), which, &held, &held)
+    fn repeated(evidence: &Evidence<'_>, seen: &Observation) -> Option<FiledRows> {
+        let filing = Filing::Repeated(seen.repeated?);
+        let held = evidence.unchanged_case_at(&seen.since)?;
+        FiledRows::of(evidence, filing, vec![true; held.len()], &held, &held)
     }
 
     /// Half of the interval of the samples, or what the samples show, on the likelier side.
-    fn half_step(evidence: &Evidence<'_>, start: usize) -> Option<FiledRows> {
-        let seen = evidence.observation?;
+    fn half_step(evidence: &Evidence<'_>, seen: &Observation) -> Option<FiledRows> {
         let half = 0.5 * seen.interval?;
-        let columns = (0..seen.channels.len()).filter(|&channel| seen.is_column(channel));
-        let is_speed = |channel: usize| {
+        let is_speed = |&channel: &usize| {
             let dimension = seen.channels[channel].dimension();
             matches!(dimension, Dimension::AngularVelocity | Dimension::Velocity)
         };
-        let (speeds, others): (Vec<usize>, Vec<usize>) = columns.partition(|&channel| is_speed(channel));
-        let which: Vec<bool> = (0..seen.channels.len())
-            .map(|channel| speeds.contains(&channel))
-            .collect();
-        let plain = evidence.unchanged_at(start, &seen.time)?;
-        let with = |late: f64| {
-            let times: Vec<f64> = seen.time.iter().map(|time| time + late).collect();
-            let later = evidence.unchanged_at(start, &times)?;
-            FiledRows::of(evidence, Filing::HalfStep(late), which.clone(), &plain, &later)
-        };
-        let left = |rows: &FiledRows| seen.left(&rows.values, f64::INFINITY);
+        let (speeds, others): (Vec<usize>, Vec<usize>) = seen.columns().partition(is_speed);
         if speeds.is_empty() || others.is_empty() {
             return None;
         }
-        let sides = [-half, half].into_iter().filter_map(with);
-        let best = sides.min_by(|a, b| left(a).total_cmp(&left(b)))?;
-        let promising = left(&best) <= (1.0 - PROMISING) * seen.left(&seen.reference, f64::INFINITY);
-        let Filing::HalfStep(begin) = best.filing else {
-            return None;
+        let which: Vec<bool> = (0..seen.channels.len()).map(|k| speeds.contains(&k)).collect();
+        let plain = evidence.unchanged_case_at(&seen.time)?;
+        let with = |late: f64| {
+            let times: Vec<f64> = seen.time.iter().map(|time| time + late).collect();
+            let later = evidence.unchanged_case_at(&times)?;
+            FiledRows::of(evidence, Filing::HalfStep(late), which.clone(), &plain, &later)
         };
-        if !promising {
+        let left = |rows: &FiledRows| seen.left(&rows.values, f64::INFINITY);
+        let sides = [-half, half].into_iter().filter_map(|late| Some((late, with(late)?)));
+        let (begin, best) = sides.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)))?;
+        if left(&best) > (1.0 - PROMISING) * seen.left(&seen.reference, f64::INFINITY) {
             return None;
         }
         let play = |late: f64, _: f64| Some(with(late)?.played(evidence));
@@ -353,19 +325,21 @@ impl FiledRows {
         let sums = rows.sums();
         let left = |count: usize, place: MeanPlace| closer(seen, plain, &rows.averaged(&sums, count, place));
         let best = |counts: Vec<usize>, places: &[MeanPlace]| {
-            let each = counts
+            let mut each = Vec::new();
+            for count in counts {
+                each.extend(places.iter().map(|&place| (left(count, place), count, place)));
+            }
+            let each = each
                 .into_iter()
-                .flat_map(|count| places.iter().map(move |&place| (count, place)));
-            let each =
-                each.filter_map(|(count, place)| left(count, place).map(|(left, which)| (left, count, place, which)));
-            each.min_by(|a, b| a.0.total_cmp(&b.0))
+                .filter_map(|(left, count, place)| Some((left?, count, place)));
+            each.min_by(|a, b| a.0.0.total_cmp(&b.0.0))
         };
         // Large numbers are tried at intervals, then those around the best.
         let next = |count: &usize| Some((count + 1).max(count * 17 / 16)).filter(|count| *count <= MOST_AVERAGED);
         let places = [MeanPlace::Last, MeanPlace::Middle, MeanPlace::Padded];
-        let (_, about, place, _) = best(std::iter::successors(Some(2), next).collect(), &places)?;
+        let (_, about, place) = best(std::iter::successors(Some(2), next).collect(), &places)?;
         let near = about - about / 16..=(about + about / 16).min(MOST_AVERAGED);
-        let (_, count, place, which) = best(near.collect(), &[place])?;
+        let ((_, which), count, place) = best(near.collect(), &[place])?;
         let averaged = rows.averaged(&sums, count, place);
         FiledRows::of(evidence, Filing::Average(count, place), which, plain, &averaged)
     }
@@ -378,7 +352,7 @@ impl FiledRows {
         (filter, both_ways): (Filter, bool),
     ) -> Option<FiledRows> {
         let seen = evidence.observation?;
-        let columns = (0..seen.channels.len()).filter(|&channel| seen.is_column(channel));
+        let columns = seen.columns();
         let unfiltered: f64 = columns.map(|channel| seen.left_in(channel, &plain[channel])).sum();
         let with = |corner: f64| {
             let filtered = rows.filtered(filter, both_ways, corner);
@@ -415,31 +389,30 @@ impl FiledRows {
         let Some(seen) = search.evidence.observation else {
             return String::new();
         };
-        let columns = (0..self.which.len()).filter(|&channel| seen.is_column(channel));
-        let (named, others): (Vec<usize>, Vec<usize>) = columns.partition(|&channel| self.which[channel]);
+        let (named, others): (Vec<usize>, Vec<usize>) = seen.columns().partition(|&channel| self.which[channel]);
         if named.len() > 2 && others.is_empty() {
             return "each column".to_owned();
         }
-        let names: Vec<_> = named
+        let names = named
             .into_iter()
-            .map(|k| search.candidate.name_of(seen.channels[k]))
-            .collect();
-        names.join(" and ")
+            .map(|k| search.shown.candidate.name_of(seen.channels[k]));
+        names.collect::<Vec<_>>().join(" and ")
     }
 }
 
 impl Cause for FiledRows {
     fn propose(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
-        let mut all = vec![FiledRows::swapped(evidence), FiledRows::offset(evidence)];
-        let Some(start) = start_of_case(evidence) else {
-            return proposals(all);
+        let Some(seen) = evidence.observation else {
+            return Vec::new();
         };
-        all.extend([
-            FiledRows::repeated(evidence, start),
-            FiledRows::half_step(evidence, start),
-        ]);
-        if let Some(rows) = EvenRows::of(evidence, start) {
+        let mut all = vec![
+            FiledRows::swapped(evidence, seen),
+            FiledRows::offset(evidence, seen),
+            FiledRows::repeated(evidence, seen),
+            FiledRows::half_step(evidence, seen),
+        ];
+        if let Some(rows) = EvenRows::of(evidence, seen) {
             let plain = rows.sampled(<[f64]>::to_vec);
             all.push(FiledRows::average(evidence, &rows, &plain));
             let filters = [Filter::Steps, Filter::Lines, Filter::Butterworth];
@@ -448,20 +421,16 @@ impl Cause for FiledRows {
                 FiledRows::low_pass(evidence, &rows, &plain, filters[k])
             }));
         }
-        proposals(all)
+        proposals(all.into_iter().flatten())
     }
 
     fn run(&self, evidence: &Evidence<'_>, _: usize) -> Option<Played> {
         Some(self.played(evidence))
     }
 
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        is_start_of_case(evidence, start)
-    }
-
     /// By its samples: the events that are found in them are those of the processing.
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        let judged = evidence.judged(played, f64::INFINITY)?.by_samples();
+        let judged = evidence.judged(played, f64::INFINITY)?.by_samples_if(true);
         Some(match self.filing {
             Filing::Offset(_) => judged.by_constants(),
             _ => judged,
@@ -499,14 +468,13 @@ impl Cause for FiledRows {
             Filing::Swapped => (CauseKind::SwappedColumns, format!("the columns {names} are exchanged")),
             Filing::Offset(constants) => {
                 let channels = search.evidence.observation.map_or(&[][..], |seen| &seen.channels);
-                let off = channels
-                    .iter()
-                    .zip(constants)
-                    .zip(&self.which)
-                    .filter(|(_, which)| **which);
-                let each = off.map(|((&channel, constant), _)| {
+                let off = channels.iter().zip(constants).zip(&self.which);
+                let each = off.filter(|(_, which)| **which).map(|((&channel, constant), _)| {
                     let unit = search.evidence.physics.vocabulary().unit(channel);
-                    format!("{} is off by {constant:.4e} {unit}", search.candidate.name_of(channel))
+                    format!(
+                        "{} is off by {constant:.4e} {unit}",
+                        search.shown.candidate.name_of(channel)
+                    )
                 });
                 (CauseKind::ChannelOffset, each.collect::<Vec<_>>().join(" and "))
             }
@@ -542,13 +510,6 @@ impl Cause for FiledRows {
             }
         }
     }
-}
-
-fn proposals(all: Vec<Option<FiledRows>>) -> Vec<Proposal> {
-    all.into_iter()
-        .flatten()
-        .map(|rows| Arc::new(rows) as Proposal)
-        .collect()
 }
 
 /// Other mistakes that explain as much as the first of `all`, which is a mistake of the file. Mistakes of the file are

@@ -5,9 +5,10 @@ use super::evidence::Evidence;
 use super::motion::Played;
 use super::number::is_coefficient;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use stickslip_case::CaseNumber;
 use stickslip_engine::workers::over_processors;
-use stickslip_system::model::system::{End, Pressing, Train};
-use stickslip_system::signal::{Drive, Wave};
+use stickslip_system::model::system::{End, Pressing, System, Train};
+use stickslip_system::signal::Drive;
 
 const STEP: f64 = 1e-6;
 /// Gauss-Newton steps while the window grows, and in all: with all samples the fit goes on until it has converged.
@@ -287,7 +288,7 @@ pub(super) fn closest(
     found.into_iter().flatten().collect()
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Unknown {
     pub path: String,
     pub value: f64,
@@ -307,6 +308,25 @@ const MISTAKEN: [f64; 6] = [2.0, 0.5, 0.0, -1.0, TAU / 360.0, 360.0 / TAU];
 const TURNS: [f64; 3] = [FRAC_PI_2, -FRAC_PI_2, PI];
 
 impl Unknown {
+    fn of(path: &str, value: f64) -> Unknown {
+        Unknown {
+            path: path.to_owned(),
+            value,
+            unit: value.abs(),
+            mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
+            ..Unknown::default()
+        }
+    }
+
+    fn phase(path: &str, value: f64) -> Unknown {
+        let turned = TURNS.map(|turn| value + turn).into_iter();
+        Unknown {
+            unit: 1.0,
+            mistaken: turned.chain((value != 0.0).then_some(-value)).collect(),
+            ..Unknown::of(path, value)
+        }
+    }
+
     pub fn changes(&self, value: f64) -> Numbers {
         let paths = [&self.path].into_iter().chain(&self.with);
         let same = paths.map(|path| (path.clone(), value));
@@ -327,11 +347,29 @@ impl Unknown {
     }
 }
 
-fn wave(drive: &Drive) -> Option<&Wave> {
-    match drive {
-        Drive::Wave(wave) => Some(wave),
-        _ => None,
-    }
+fn signal_of_torque(train: &Train) -> Option<&Drive> {
+    train.torque.as_ref().map(|torque| &torque.signal)
+}
+
+/// Paths of the phases of the harmonics in a system.
+fn phases(system: &System) -> impl Iterator<Item = &'static str> {
+    let (rotor, stator) = (&system.rotor, &system.stator);
+    let speed = |train: &Train| matches!(&train.end, End::Driven(Drive::Wave(_)));
+    let torque = |train: &Train| matches!(signal_of_torque(train), Some(Drive::Wave(_)));
+    let is_wave = [
+        ("rotor.torque.phase", torque(rotor)),
+        ("rotor.speed.phase", speed(rotor)),
+        ("stator.torque.phase", torque(stator)),
+        ("stator.speed.phase", speed(stator)),
+        (
+            "contact.normal_force.phase",
+            matches!(&system.pressing, Pressing::Force(Drive::Wave(_))),
+        ),
+    ];
+    is_wave
+        .into_iter()
+        .filter(|(_, is_wave)| *is_wave)
+        .map(|(path, _)| path)
 }
 
 impl Evidence<'_> {
@@ -341,26 +379,11 @@ impl Evidence<'_> {
         let speed = self.physics.speed();
         let torque = system.breakaway * system.radius * self.physics.course.largest_force();
         let of_case = self.case.numbers().iter().filter(|number| number.value != 0.0);
-        let mut unknown: Vec<Unknown> = of_case
-            .map(|number| {
-                let is_phase = number.path.ends_with(".phase");
-                Unknown {
-                    path: number.path.clone(),
-                    value: number.value,
-                    unit: if is_phase { 1.0 } else { number.value.abs() },
-                    with: Vec::new(),
-                    scaled: Vec::new(),
-                    mistaken: match is_phase {
-                        true => TURNS
-                            .map(|turn| number.value + turn)
-                            .into_iter()
-                            .chain([-number.value])
-                            .collect(),
-                        false => MISTAKEN.map(|factor| factor * number.value).to_vec(),
-                    },
-                }
-            })
-            .collect();
+        let of_number = |number: &CaseNumber| match number.path.ends_with(".phase") {
+            true => Unknown::phase(&number.path, number.value),
+            false => Unknown::of(&number.path, number.value),
+        };
+        let mut unknown: Vec<Unknown> = of_case.map(of_number).collect();
         // The speed of a driven end, together with equal speeds at t = 0.
         for end in ["rotor.speed", "stator.speed"] {
             let number = self.case.number(end).map(|number| number.value);
@@ -371,14 +394,8 @@ impl Evidence<'_> {
             let same = initial.filter(|n| n.path.starts_with("initial.") && n.value == value);
             let with: Vec<String> = same.map(|number| number.path.clone()).collect();
             if !with.is_empty() {
-                unknown.push(Unknown {
-                    path: end.to_owned(),
-                    value,
-                    unit: value.abs(),
-                    with,
-                    scaled: Vec::new(),
-                    mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
-                });
+                let alone = Unknown::of(end, value);
+                unknown.push(Unknown { with, ..alone });
             }
         }
         // All coefficients of friction, which a mistaken size or unit of the force changes together.
@@ -387,68 +404,47 @@ impl Evidence<'_> {
         let mut coefficients = coefficients.map(|number| (number.path.clone(), number.value));
         if let Some((path, value)) = coefficients.next() {
             let scaled: Numbers = coefficients.collect();
-            unknown.extend((!scaled.is_empty()).then(|| Unknown {
-                path,
-                value,
-                unit: value.abs(),
-                with: Vec::new(),
-                scaled,
-                mistaken: MISTAKEN.map(|factor| factor * value).to_vec(),
-            }));
-        }
-        let mut absent = |path: String, unit: f64, mistaken: &[f64]| {
-            let of_list = [path.strip_suffix(".0").map(str::to_owned), Some(format!("{path}.0"))];
-            let is_same =
-                |known: &Unknown| known.path == path || of_list.iter().flatten().any(|name| *name == known.path);
-            let is_known = unknown.iter().any(is_same);
-            if !is_known && unit.is_finite() && unit > 0.0 {
-                unknown.push(Unknown {
-                    path,
-                    value: 0.0,
-                    unit,
-                    with: Vec::new(),
-                    scaled: Vec::new(),
-                    mistaken: mistaken.to_vec(),
-                });
+            if !scaled.is_empty() {
+                let alone = Unknown::of(&path, value);
+                unknown.push(Unknown { scaled, ..alone });
             }
+        }
+        let mut add = |absent: Unknown| {
+            // The first element of a list may be written as a number.
+            fn bare(path: &str) -> &str {
+                path.strip_suffix(".0").unwrap_or(path)
+            }
+            let is_known = unknown.iter().any(|known| bare(&known.path) == bare(&absent.path));
+            if !is_known && absent.unit.is_finite() && absent.unit > 0.0 {
+                unknown.push(absent);
+            }
+        };
+        let mut absent = |path: String, unit: f64| {
+            add(Unknown {
+                path,
+                unit,
+                ..Unknown::default()
+            });
         };
         for (name, train) in [("rotor", &trains.rotor), ("stator", &trains.stator)] {
             let inertia = |i: usize| train.inertia.get(i).copied().unwrap_or(f64::NAN);
             for i in 0..train.shafts() {
-                absent(format!("{name}.damping.{i}"), inertia(i) * omega, &[]);
-                absent(format!("initial.{name}_twist.{i}"), speed / omega, &[]);
+                absent(format!("{name}.damping.{i}"), inertia(i) * omega);
+                absent(format!("initial.{name}_twist.{i}"), speed / omega);
             }
             for i in 0..train.inertia.len() {
-                absent(format!("{name}.viscous.{i}"), inertia(i) * omega, &[]);
-                absent(format!("initial.{name}_speed.{i}"), speed, &[]);
+                absent(format!("{name}.viscous.{i}"), inertia(i) * omega);
+                absent(format!("initial.{name}_speed.{i}"), speed);
             }
             if !train.inertia.is_empty() {
-                let driven = train.torque.as_ref().and_then(|torque| wave(&torque.signal));
-                match driven {
-                    Some(_) => absent(format!("{name}.torque.mean"), torque, &[]),
-                    None => absent(format!("{name}.torque"), torque, &[]),
-                }
+                let is_wave = matches!(signal_of_torque(train), Some(Drive::Wave(_)));
+                let mean = if is_wave { ".mean" } else { "" };
+                absent(format!("{name}.torque{mean}"), torque);
             }
         }
-        for (path, _) in waves([&trains.rotor, &trains.stator], &trains.pressing) {
-            absent(format!("{path}.phase"), 1.0, &TURNS);
+        for path in phases(trains) {
+            add(Unknown::phase(path, 0.0));
         }
         unknown
     }
-}
-
-fn waves<'a>(trains: [&'a Train; 2], pressing: &'a Pressing) -> Vec<(&'static str, &'a Wave)> {
-    let mut found = Vec::new();
-    let names = [("rotor.torque", "rotor.speed"), ("stator.torque", "stator.speed")];
-    for (train, (torque, speed)) in trains.into_iter().zip(names) {
-        let of_torque = train.torque.as_ref().and_then(|torque| wave(&torque.signal));
-        found.extend(of_torque.map(|wave| (torque, wave)));
-        if let End::Driven(end) = &train.end {
-            found.extend(wave(end).map(|wave| (speed, wave)));
-        }
-    }
-    if let Pressing::Force(force) = pressing {
-        found.extend(wave(force).map(|wave| ("contact.normal_force", wave)));
-    }
-    found
 }

@@ -56,9 +56,10 @@ impl Judged {
         self.after.unmatched <= self.before.unmatched
     }
 
-    /// Judges by samples alone: a contact without stick has no events to compare.
-    pub fn by_samples(self) -> Judged {
-        Judged { events: true, ..self }
+    /// Judges by samples alone, if so: the events are then not those of the motion.
+    pub fn by_samples_if(self, is_so: bool) -> Judged {
+        let events = self.events || is_so;
+        Judged { events, ..self }
     }
 
     /// Judges a motion that differs by constants alone.
@@ -271,12 +272,9 @@ impl Evidence<'_> {
         let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
         let (events_before, events_left) = (square(&before), square(&after));
         let within = after.unmatched == 0 && after.max <= self.bound;
-        let part = |left: f64, before: f64| {
-            if before > 0.0 {
-                1.0 - left / before
-            } else {
-                f64::NEG_INFINITY
-            }
+        let part = |left: f64, before: f64| match before > 0.0 {
+            true => 1.0 - left / before,
+            false => f64::NEG_INFINITY,
         };
         let of_events = part(events_left, events_before);
         Some(match self.observation.zip(left) {

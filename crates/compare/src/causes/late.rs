@@ -5,10 +5,9 @@ use super::fit::fitted;
 use super::judge::{ALL, Judged, OF_FITTED};
 use super::motion::{MotionNode, Played, Traced};
 use super::search::Search;
-use super::{Cause, Proposal};
+use super::{Cause, Proposal, proposals};
 use crate::diagnosis::CauseKind;
 use std::ops::Range;
-use std::sync::Arc;
 use stickslip_engine::workers::over_processors;
 use stickslip_system::model::Mode;
 use stickslip_system::record::EventKind;
@@ -123,49 +122,35 @@ impl Cause for OneLate {
         let found = over_processors(all.len(), &|| false, |k| {
             let (number, joined) = all[k];
             let time = events[number].time;
-            let play = |late: f64, until: f64| {
-                OneLate {
-                    time,
-                    late,
-                    joined,
-                    missed: false,
-                }
-                .motion(&evidence.until(until), traced)
+            let with = |late: f64| OneLate {
+                time,
+                late,
+                joined,
+                missed: false,
             };
+            let play = |late: f64, until: f64| with(late).motion(&evidence.until(until), traced);
             // The motion is at most quadratic in the delay of a stick, so near zero there is no slope.
             let left = |late: &f64| {
-                Some((
-                    evidence.judged(&play(*late, f64::INFINITY)?, f64::INFINITY)?.left,
-                    *late,
-                ))
+                let judged = evidence.judged(&play(*late, f64::INFINITY)?, f64::INFINITY)?;
+                Some((judged.left, *late))
             };
             let shown = OneLate::shown(evidence, &events[number]);
             let begin: Vec<f64> = BEGIN.map(|part| part * period).into_iter().chain(shown).collect();
             let (_, begin) = begin.iter().filter_map(left).min_by(|a, b| a.0.total_cmp(&b.0))?;
             let late = fitted(evidence, begin, begin, &play)?;
-            let is_near = late.abs() <= FAR * period;
-            is_near.then(|| -> Proposal {
-                Arc::new(OneLate {
-                    time,
-                    late,
-                    joined,
-                    missed: false,
-                })
-            })
+            (late.abs() <= FAR * period).then(|| with(late))
         });
         let slips = departs_near(evidence, traced).filter(|number| events[*number].kind == EventKind::Slip);
         let missed = slips.filter_map(|number| {
             let time = events[number].time;
-            let late = next_breakaway(evidence, traced, time)?;
-            let (joined, missed) = (true, true);
-            Some(Arc::new(OneLate {
+            Some(OneLate {
                 time,
-                late,
-                joined,
-                missed,
-            }) as Proposal)
+                late: next_breakaway(evidence, traced, time)?,
+                joined: true,
+                missed: true,
+            })
         });
-        found.into_iter().flatten().chain(missed).collect()
+        proposals(found.into_iter().flatten().chain(missed))
     }
 
     fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
@@ -173,13 +158,11 @@ impl Cause for OneLate {
     }
 
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
-        let judged = evidence.judged(played, f64::INFINITY)?;
         // An event that the candidate does not have is not late.
-        Some(if self.missed || evidence.has_event(self.time + self.late) {
-            judged
-        } else {
-            Judged::far()
-        })
+        match self.missed || evidence.has_event(self.time + self.late) {
+            true => evidence.judged(played, f64::INFINITY),
+            false => Some(Judged::far()),
+        }
     }
 
     fn least(&self, _: &Evidence<'_>) -> f64 {

@@ -111,12 +111,6 @@ pub(crate) trait Cause: Debug + Send + Sync {
         false
     }
 
-    /// Whether a run with the mistake may begin at one of [`Evidence::starts`]: by default where the mistakes of the
-    /// case and of the solver can be seen.
-    fn begins_at(&self, evidence: &Evidence<'_>, start: usize) -> bool {
-        !evidence.is_other_state(start)
-    }
-
     /// It is another initial state. Runs from the candidate's own state then include it.
     fn is_state(&self) -> bool {
         false
@@ -166,6 +160,10 @@ pub(crate) trait Cause: Debug + Send + Sync {
 
 /// A mistake that is to be tried.
 pub(crate) type Proposal = Arc<dyn Cause>;
+
+fn proposals<C: Cause + 'static>(all: impl IntoIterator<Item = C>) -> Vec<Proposal> {
+    all.into_iter().map(|cause| Arc::new(cause) as Proposal).collect()
+}
 
 /// Whether mistakes are still needed, and what proposes those that are tried at once.
 pub(crate) type Round = (fn(&Search<'_>) -> bool, &'static [fn(&Search<'_>) -> Vec<Proposal>]);

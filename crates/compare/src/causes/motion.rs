@@ -44,6 +44,16 @@ pub(crate) struct Played {
     pub steps: u64,
 }
 
+impl Played {
+    /// A motion of which only the events are known.
+    pub fn of_events(events: Vec<SequenceEvent>) -> Played {
+        Played {
+            events,
+            ..Played::default()
+        }
+    }
+}
+
 impl MotionRequest<'_> {
     /// Events of the run; `None` if it fails or takes too long.
     pub fn events(&self) -> Option<Played> {

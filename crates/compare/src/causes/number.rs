@@ -7,7 +7,7 @@ use super::judge::{ALL, CLOSE, EXACT, EXPLAINED, OF_FITTED};
 use super::motion::Played;
 use super::parameters::{self, EventAgreement, FoundBy, OtherNumber, OtherParameters, of_normal_force};
 use super::search::{Search, Tried};
-use super::{Cause, Causes, Proposal};
+use super::{Cause, Causes, Proposal, proposals};
 use crate::diagnosis::{CauseKind, limit_of};
 use std::sync::Arc;
 use stickslip_engine::workers::over_processors;
@@ -57,56 +57,52 @@ pub(crate) struct ChangedNumber {
     beyond: bool,
 }
 
-fn proposals(all: impl IntoIterator<Item = Numbers>) -> Vec<Proposal> {
-    let each = all.into_iter().map(|numbers| -> Proposal {
-        Arc::new(ChangedNumber {
+impl From<Numbers> for ChangedNumber {
+    fn from(numbers: Numbers) -> ChangedNumber {
+        ChangedNumber {
             numbers,
             ..ChangedNumber::default()
-        })
-    });
-    each.collect()
+        }
+    }
 }
 
 impl ChangedNumber {
     /// Parameters that the equations show between the candidate's samples.
     pub fn of_equations(search: &Search<'_>) -> Vec<Proposal> {
-        let each = equations::fitted(search)
-            .into_iter()
-            .map(|(numbers, errors)| -> Proposal {
-                Arc::new(ChangedNumber {
-                    numbers,
-                    errors,
-                    told: true,
-                    beyond: false,
-                })
-            });
-        each.collect()
+        proposals(equations::fitted(search))
+    }
+
+    /// Parameters with the errors of their values, which the equations show.
+    pub fn told(numbers: Numbers, errors: Vec<f64>) -> ChangedNumber {
+        ChangedNumber {
+            errors,
+            told: true,
+            ..ChangedNumber::from(numbers)
+        }
     }
 
     /// mu_0 by the torque at which the candidate's sticks end.
     pub fn of_breakaways(search: &Search<'_>) -> Vec<Proposal> {
-        proposals(search.breakaway.map(|value| vec![(BREAKAWAY.to_owned(), value)]))
+        let number = |value: f64| ChangedNumber::from(vec![(BREAKAWAY.to_owned(), value)]);
+        proposals(search.breakaway.map(number))
     }
 
     /// Usual mistakes of a parameter; and values that bring a landmark of an event table to the candidate's.
     pub fn mistaken(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
         let unknown = evidence.unknown();
-        let mistaken = unknown.iter().flat_map(|unknown| {
+        let mistaken = |unknown: &'_ Unknown| -> Vec<Numbers> {
             let values = unknown.mistaken.iter();
-            values.map(|value| unknown.changes(*value))
-        });
-        let mut all: Vec<Numbers> = mistaken.collect();
+            values.map(|value| unknown.changes(*value)).collect()
+        };
+        let mut all: Vec<Numbers> = unknown.iter().flat_map(mistaken).collect();
         // Samples show those in the equations better than events do.
         let is_sought = |unknown: &&Unknown| {
             let outside = ["initial.", "perturbation.", BREAKAWAY];
             evidence.observation.is_none() || outside.iter().any(|table| unknown.path.starts_with(table))
         };
         let sought: Vec<&Unknown> = unknown.iter().filter(is_sought).collect();
-        let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
-        let starts: Vec<usize> = starts.collect();
-        let events = evidence.observed_as(None);
-        let breakaway = search.breakaway;
+        let (starts, events, breakaway) = (search.starts(), evidence.observed_as(None), search.breakaway);
         let found = over_processors(sought.len(), &|| false, |k| {
             let guess = breakaway.filter(|_| sought[k].path == BREAKAWAY);
             let values = starts.iter();
@@ -114,7 +110,7 @@ impl ChangedNumber {
             values.map(|value| sought[k].changes(value)).collect::<Vec<_>>()
         });
         all.extend(found.into_iter().flatten());
-        proposals(all)
+        proposals(all.into_iter().map(ChangedNumber::from))
     }
 
     /// Pairs of parameters with which the motion comes closest to the candidate.
@@ -125,8 +121,8 @@ impl ChangedNumber {
     /// All coefficients of friction times the factor of a radius or a normal force, which is the same friction.
     pub fn as_friction(search: &Search<'_>) -> Vec<Proposal> {
         let case = search.evidence.case;
-        let of = |tried: &Tried| -> Option<Proposal> {
-            let [(path, value)] = tried.cause.numbers() else {
+        let of = |tried: &Tried| -> Option<ChangedNumber> {
+            let ([(path, value)], told) = (tried.cause.numbers(), tried.cause.is_told()) else {
                 return None;
             };
             if path != RADIUS && !of_normal_force(path) {
@@ -134,13 +130,10 @@ impl ChangedNumber {
             }
             let factor = value / case.number(path)?.value;
             let all = case.numbers().iter().filter(|number| is_coefficient(&number.path));
-            Some(Arc::new(ChangedNumber {
-                numbers: all.map(|number| (number.path.clone(), factor * number.value)).collect(),
-                told: tried.cause.is_told(),
-                ..ChangedNumber::default()
-            }))
+            let numbers: Numbers = all.map(|number| (number.path.clone(), factor * number.value)).collect();
+            Some(ChangedNumber { told, ..numbers.into() })
         };
-        search.causes().filter_map(of).collect()
+        proposals(search.causes().filter_map(of))
     }
 
     /// Number of factors by which parameters change, or of values for those that are 0.
@@ -316,27 +309,22 @@ fn fitted(search: &Search<'_>, pairs: bool) -> Vec<Proposal> {
     let mut unknown = evidence.unknown();
     // All coefficients with one of them are the same pair as another.
     unknown.retain(|unknown| !pairs || unknown.scaled.is_empty());
-    let starts = (0..evidence.starts.len()).filter(|start| search.may_begin_at(*start));
-    let found = starts.flat_map(|start| {
+    let found = search.starts().into_iter().flat_map(|start| {
         let play = |numbers: &[(String, f64)], until| evidence.until(until).with_numbers(start, numbers);
         let base = evidence.unchanged(start);
         base.map_or_else(Vec::new, |base| {
             closest(evidence, &play, &base, &unknown, pairs, &guesses)
         })
     });
-    proposals(found.map(|(which, point)| Unknown::changes_of(&unknown, &which, &point.values)))
+    let numbers = found.map(|(which, point)| Unknown::changes_of(&unknown, &which, &point.values));
+    proposals(numbers.map(ChangedNumber::from))
 }
 
 /// The value of a parameter with which the events come closest to the candidate's: by secants on landmarks, from the
 /// reference's value and from a guess.
 fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize, guess: Option<f64>) -> Option<f64> {
-    let run = |s: f64| {
-        Some(
-            evidence
-                .with_numbers(start, &unknown.changes(unknown.value * s.exp()))?
-                .events,
-        )
-    };
+    let changed = |s: f64| evidence.with_numbers(start, &unknown.changes(unknown.value * s.exp()));
+    let run = |s: f64| Some(changed(s)?.events);
     let agreement = |events: &[SequenceEvent]| parameters::agreement(events, evidence.word, evidence.period).cost;
     let own = evidence
         .unchanged
@@ -483,9 +471,8 @@ pub(crate) fn beyond(evidence: &Evidence<'_>, tried: &Tried) -> Option<Proposal>
         *(if is_same(middle)? { &mut high } else { &mut low }) = middle;
     }
     Some(Arc::new(ChangedNumber {
-        numbers: at(high),
         told: tried.cause.is_told(),
         beyond: true,
-        ..ChangedNumber::default()
+        ..at(high).into()
     }))
 }

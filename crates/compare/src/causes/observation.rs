@@ -254,6 +254,12 @@ fn at(mut walk: Walk<'_>, channels: &[Channel], times: &[f64]) -> Result<Vec<Vec
     Ok(values)
 }
 
+/// 0 without values.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
+    sum / f64::from(count.max(1))
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct Observation {
     pub channels: Vec<Channel>,
@@ -377,6 +383,11 @@ impl Observation {
         self.sizes[channel].is_finite() && self.sums.get(channel).is_some_and(Vec::is_empty)
     }
 
+    /// Places of the channels that are columns of the file.
+    pub fn columns(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.channels.len()).filter(|&channel| self.is_column(channel))
+    }
+
     /// Computes the channels that are sums of others as they are in the candidate's file.
     pub fn derive(&self, values: &mut ObservedValues, physics: &Physics) {
         let sums = self.sums.iter().enumerate().filter(|(_, sum)| !sum.is_empty());
@@ -398,17 +409,13 @@ impl Observation {
     pub fn left_in(&self, channel: usize, motion: &[f64]) -> f64 {
         let pairs = self.values[channel].iter().zip(motion).zip(&self.reference[channel]);
         let known = pairs.filter(|((_, motion), reference)| motion.is_finite() && reference.is_finite());
-        let squares = known.map(|((theirs, motion), _)| ((theirs - motion) / self.sizes[channel]).powi(2));
-        let (sum, count) = squares.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
-        sum / f64::from(count.max(1))
+        mean(known.map(|((theirs, motion), _)| ((theirs - motion) / self.sizes[channel]).powi(2)))
     }
 
     /// Mean difference of a channel from the reference, in its unit.
     pub fn mean_off(&self, channel: usize) -> f64 {
         let pairs = self.values[channel].iter().zip(&self.reference[channel]);
-        let off = pairs.map(|(theirs, ours)| theirs - ours).filter(|off| off.is_finite());
-        let (sum, count) = off.fold((0.0, 0u32), |(sum, count), off| (sum + off, count + 1));
-        sum / f64::from(count.max(1))
+        mean(pairs.map(|(theirs, ours)| theirs - ours).filter(|off| off.is_finite()))
     }
 
     fn left_by_constants(&self) -> f64 {
@@ -469,9 +476,7 @@ impl Observation {
     pub fn between(&self, a: &ObservedValues, b: &ObservedValues) -> f64 {
         let columns = a.iter().zip(b).zip(&self.sizes);
         let squares = columns.flat_map(|((a, b), size)| a.iter().zip(b).map(move |(a, b)| ((a - b) / size).powi(2)));
-        let known = squares.filter(|square| square.is_finite());
-        let (sum, count) = known.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
-        sum / f64::from(count.max(1))
+        mean(squares.filter(|square| square.is_finite()))
     }
 
     /// Sum of squares of the differences from a motion, in parts of the sizes, where it is known.

@@ -5,19 +5,21 @@ use super::kick::{JumpPass, OtherKick, other_kick};
 use super::observation::{Observation, ObservationPass};
 use super::parameters::OtherParameters;
 use super::search::{FoundCauses, Search, Tried};
+use super::smooth::Creep;
 use super::steps;
 use crate::candidate::Candidate;
 use crate::clock::{FoundOffset, OtherClock};
 use crate::comparison::{Closest, Span, Unexplained};
 use crate::detect::{Detection, Found};
-use crate::diagnosis::{CauseKind, Diagnosis, Symptoms};
+use crate::diagnosis::{CauseKind, Diagnosis, LAST_DIGIT, absolute_angles};
 use crate::error::{Limit, OutOfTime};
 use crate::follows::follows;
+use crate::states::Grid;
 use crate::{Channel, CompareError, Reference, survey};
 use std::sync::atomic::Ordering;
 use stickslip_case::WrittenCase;
 use stickslip_system::record::EventKind;
-use stickslip_system::record::sequence::SequenceEvent;
+use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 
 /// Root mean square difference of samples, in parts of the channels' sizes, that needs no explanation.
 const SAMPLES_AGREE: f64 = 1e-6;
@@ -34,9 +36,15 @@ const AMPLIFIED: f64 = 0.1;
 /// Results of a comparison before the search.
 pub(crate) struct Shown<'a> {
     pub candidate: &'a Candidate,
-    pub symptoms: Symptoms<'a>,
-    /// Events of the reference, as far as the candidate can show them.
+    /// Events of the reference, as far as the candidate can show them, and those that it covers.
     pub reference: &'a [SequenceEvent],
+    pub covered: &'a [SequenceEvent],
+    pub alignment: &'a Alignment,
+    pub found: &'a [Found],
+    pub grid: Grid,
+    /// |omega_r| at which the candidate stands still outside the tolerance, rad/s.
+    pub plateau: f64,
+    pub creep: Option<Creep>,
     pub shows_contact: bool,
     pub limit: Limit,
     pub span: Span,
@@ -80,7 +88,7 @@ impl Reference {
         passes: Option<Passes<'_>>,
         watch: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Causes, CompareError> {
-        let (physics, symptoms, span) = (&self.physics, &shown.symptoms, shown.span);
+        let (physics, span) = (&self.physics, shown.span);
         let period = physics.natural_period();
         let (mut jumped, mut first, mut observation) = (None, None, None);
         if let Some(passes) = passes {
@@ -106,7 +114,7 @@ impl Reference {
         let least = shown.bound.max(EVENTS_AGREE * period);
         let events_agree = shown.worst.is_none_or(|worst| worst <= least);
         // Creep is small beside the speeds that the force of a stick could give.
-        let creeps = !events_agree && symptoms.creep.is_some() && self.last_stick().is_some();
+        let creeps = !events_agree && shown.creep.is_some() && self.last_stick().is_some();
         if samples_agree.unwrap_or(events_agree) && !creeps {
             return Ok(Causes::default());
         }
@@ -178,11 +186,8 @@ impl Reference {
         let mut search = Search {
             evidence: &evidence,
             reference: self,
-            candidate: shown.candidate,
-            symptoms,
-            tolerance: shown.tolerance,
-            offset: shown.offset,
-            breakaway: self.breakaway(symptoms.found),
+            shown,
+            breakaway: self.breakaway(shown.found),
             onset: self.word.first().map(|event| event.time),
             jumped: jumped.as_ref(),
             with_steps: has_rows && !events_agree || !physics.coasts(),
@@ -206,11 +211,11 @@ impl Reference {
                 causes.said.insert(0, Diagnosis { brief, ..said });
             }
             FoundCauses::Unexplained(tried) => {
-                let digit = symptoms.last_digit_of_angles();
-                let amplified = digit.and_then(|digit| Some((digit, steps::amplified(&evidence, digit)?)));
-                if let Some((digit, part)) = amplified.filter(|(_, part)| *part >= AMPLIFIED) {
-                    let words = symptoms.absolute_angles(digit, part);
-                    causes.said.push(Diagnosis::shown(CauseKind::AbsoluteAngles, words));
+                // Rounding is a cause if an instability amplifies it.
+                let is_amplified = physics.coasts() && shown.grid.is_rounded();
+                let part = is_amplified.then(|| steps::amplified(&evidence, LAST_DIGIT)).flatten();
+                if let Some(part) = part.filter(|part| *part >= AMPLIFIED) {
+                    causes.said.push(absolute_angles(physics, part));
                 } else {
                     let mut each: Vec<Closest> = Vec::new();
                     for Tried { cause, judged, .. } in &tried {

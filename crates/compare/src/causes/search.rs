@@ -4,11 +4,9 @@ use super::evidence::{Evidence, TrialStart};
 use super::judge::{ALL, CLOSE, EXACT, Judged};
 use super::kick::{Jumped, OtherKick};
 use super::number::ChangedNumber;
-use super::{ORDER, Proposal};
+use super::{ORDER, Proposal, Shown};
 use crate::Reference;
-use crate::candidate::Candidate;
-use crate::clock::FoundOffset;
-use crate::diagnosis::{Symptoms, percent};
+use crate::diagnosis::percent;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip_engine::workers::over_processors;
 
@@ -34,12 +32,7 @@ impl Tried {
 pub(crate) struct Search<'a> {
     pub evidence: &'a Evidence<'a>,
     pub reference: &'a Reference,
-    pub candidate: &'a Candidate,
-    pub symptoms: &'a Symptoms<'a>,
-    /// |omega_r| up to which the contact sticks, rad/s.
-    pub tolerance: f64,
-    /// Offset of the clock found from the events.
-    pub offset: Option<FoundOffset>,
+    pub shown: &'a Shown<'a>,
     /// mu_0 by the torque at which the candidate's sticks end.
     pub breakaway: Option<f64>,
     /// Time of the reference's first event, s.
@@ -92,24 +85,20 @@ impl Search<'_> {
 
     /// Whether the equations that the samples satisfy show a parameter that is a cause.
     pub fn has_told(&self) -> bool {
-        let is_number = |tried: &&Tried| !tried.cause.numbers().is_empty() && tried.judged.is_cause();
-        self.tried.iter().filter(is_number).any(|tried| tried.cause.is_told())
+        let is_number = |tried: &Tried| !tried.cause.numbers().is_empty() && tried.judged.is_cause();
+        self.tried.iter().any(|tried| is_number(tried) && tried.cause.is_told())
     }
 
     /// Whether another initial state explains much.
     pub fn has_state(&self) -> bool {
-        let is_state = |tried: &&Tried| tried.cause.is_state();
-        let mut states = self.tried.iter().filter(is_state);
-        states.any(|tried| tried.judged.explained >= MUCH)
+        let mut tried = self.tried.iter();
+        tried.any(|tried| tried.cause.is_state() && tried.judged.explained >= MUCH)
     }
 
     /// Whether a mistake other than another initial state leaves nothing that events in samples would show.
     pub fn explains_all(&self) -> bool {
-        let all = self
-            .tried
-            .iter()
-            .filter(|tried| tried.judged.is_cause() && !tried.cause.is_state());
-        all.into_iter().any(|tried| tried.judged.explained >= 1.0 - ALL)
+        let is_all = |tried: &Tried| tried.judged.is_cause() && tried.judged.explained >= 1.0 - ALL;
+        self.tried.iter().any(|tried| is_all(tried) && !tried.cause.is_state())
     }
 
     /// Whether a mistake leaves nothing, so that no solver with steps is needed. If each event is late, the first may
@@ -131,16 +120,25 @@ impl Search<'_> {
         !(self.has_told() || self.has_state() && !from_start)
     }
 
-    /// Whether runs of a mistake of the case may begin at a start.
-    pub fn may_begin_at(&self, start: usize) -> bool {
-        let own = matches!(self.evidence.starts.get(start), Some(TrialStart::At(..)));
-        !(self.has_state() && own || self.evidence.is_other_state(start))
+    /// The starts at which runs of a mistake of the case may begin.
+    pub fn starts(&self) -> Vec<usize> {
+        let evidence = self.evidence;
+        let is_own = |start: usize| matches!(evidence.starts[start], TrialStart::At(..));
+        let is_left_out = |start: usize| self.has_state() && is_own(start) || evidence.is_other_state(start);
+        (0..evidence.starts.len())
+            .filter(|&start| !is_left_out(start))
+            .collect()
     }
 
     fn try_one(evidence: &Evidence<'_>, cause: &Proposal) -> Option<Tried> {
         let has_own_state = cause.stepper().is_some();
         let starts = if has_own_state { 1 } else { evidence.starts.len() };
-        let starts = (0..starts).filter(|start| has_own_state || cause.begins_at(evidence, *start));
+        // The rows of a file are processed without regard to where the candidate begins.
+        let begins_at = |start: usize| match cause.is_of_file() {
+            true => evidence.start_of_case() == Some(start),
+            false => cause.is_state() || !evidence.is_other_state(start),
+        };
+        let starts = (0..starts).filter(|start| has_own_state || begins_at(*start));
         // A motion that is farther from the candidate than the reference at first is not run to its end.
         let departs = evidence.observation.and_then(|seen| seen.parts(DEPARTS));
         let (begins, end) = evidence.span();

@@ -5,12 +5,11 @@ use super::fit::fitted;
 use super::judge::{ALL, EXACT, Judged};
 use super::motion::Played;
 use super::search::Search;
-use super::{Cause, Proposal, stepper};
+use super::{Cause, Proposal, proposals, stepper};
 use crate::Channel;
 use crate::diagnosis::CauseKind;
 use crate::reference::Physics;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 use stickslip_engine::workers::over_processors;
 use stickslip_system::friction::Law;
 use stickslip_system::model::system::{ContactLaw, Regularisation, Smoothing};
@@ -184,17 +183,12 @@ pub(crate) struct Smooth {
 impl Smooth {
     /// The function that the candidate's creep follows.
     pub fn shown(search: &Search<'_>) -> Vec<Proposal> {
-        let shown = |Creep { shape, speed, .. }| -> Proposal {
-            Arc::new(Smooth {
-                shape,
-                speed,
-                told: true,
-            })
-        };
-        search.symptoms.creep.map(shown).into_iter().collect()
+        let told = true;
+        let creep = search.shown.creep;
+        proposals(creep.map(|Creep { shape, speed, .. }| Smooth { shape, speed, told }))
     }
 
-    fn motion(&self, evidence: &Evidence<'_>, start: usize, most_steps: Option<usize>) -> Option<Played> {
+    fn motion(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
         let (shape, speed) = (self.shape, self.speed);
         let Some(function) = SHAPES[shape].smoothing else {
             let (time, state) = evidence.origin.as_ref()?;
@@ -203,7 +197,7 @@ impl Smooth {
         };
         let mut system = evidence.case.case().system.clone();
         system.contact = ContactLaw::Regularised(Regularisation { function, speed });
-        evidence.motion_within(most_steps, &system, 10.0 * speed, evidence.starts.get(start)?)
+        evidence.motion(&system, 10.0 * speed, evidence.starts.get(start)?)
     }
 }
 
@@ -215,12 +209,11 @@ impl Cause for Smooth {
             return Vec::new();
         }
         let speed = evidence.physics.speed();
-        let shapes = (0..SHAPES.len()).filter(|&shape| SHAPES[shape].smoothing.is_some());
-        let starts = 0..evidence.starts.len();
-        let begin: Vec<(usize, usize, f64)> = shapes
-            .flat_map(|shape| starts.clone().map(move |start| (shape, start)))
-            .flat_map(|(shape, start)| SPEEDS.map(|part| (shape, start, part * speed)))
-            .collect();
+        let mut begin = Vec::new();
+        for shape in (0..SHAPES.len()).filter(|&shape| SHAPES[shape].smoothing.is_some()) {
+            let starts = 0..evidence.starts.len();
+            begin.extend(starts.flat_map(|start| SPEEDS.map(|part| (shape, start, part * speed))));
+        }
         let found = over_processors(begin.len(), &|| false, |k| {
             let (shape, start, begin) = begin[k];
             let of = |speed: f64| Smooth {
@@ -228,26 +221,25 @@ impl Cause for Smooth {
                 speed: speed.abs(),
                 told: false,
             };
-            let play = |speed: f64, until: f64| of(speed).motion(&evidence.until(until), start, evidence.most_steps);
+            let play = |speed: f64, until: f64| of(speed).motion(&evidence.until(until), start);
             let near = evidence.projected(begin, 1, &play)?;
-            let cause: Proposal = Arc::new(of(fitted(evidence, near, near, &play)?));
-            Some(cause)
+            Some(of(fitted(evidence, near, near, &play)?))
         });
-        found.into_iter().flatten().collect()
+        proposals(found.into_iter().flatten())
     }
 
     fn run(&self, evidence: &Evidence<'_>, start: usize) -> Option<Played> {
-        self.motion(evidence, start, Some(MOST_STEPS))
+        let evidence = Evidence {
+            most_steps: Some(MOST_STEPS),
+            ..evidence.observed_as(evidence.observation)
+        };
+        self.motion(&evidence, start)
     }
 
     /// By samples, if there are any: creep that is never at rest has no events.
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
         let judged = evidence.judged(played, f64::INFINITY)?;
-        Some(if evidence.observation.is_some() {
-            judged.by_samples()
-        } else {
-            judged
-        })
+        Some(judged.by_samples_if(evidence.observation.is_some()))
     }
 
     /// One smooth function is much like another.

@@ -7,11 +7,10 @@ use super::motion::Played;
 use super::number::{self, ChangedNumber};
 use super::search::{Search, Tried};
 use super::stepper::{Scheme, Stepper, Stop};
-use super::{Cause, Causes, Proposal};
+use super::{Cause, Causes, Proposal, proposals};
 use crate::Channel;
 use crate::diagnosis::{CauseKind, Diagnosis, limit_of, round_above};
 use crate::reference::Physics;
-use std::sync::Arc;
 use stickslip_engine::workers::over_processors;
 use stickslip_system::record::EventKind;
 use stickslip_system::record::sequence::{Difference, Fault};
@@ -294,15 +293,28 @@ const CLOSEST_VARIANTS: usize = 64;
 /// Number of parameters that are tried together with steps.
 const CLOSEST: usize = 2;
 
-fn proposals(steppers: impl IntoIterator<Item = Stepper>) -> Vec<Proposal> {
-    let each = steppers.into_iter().map(|stepper| -> Proposal {
-        Arc::new(SteppingSolver {
+impl From<Stepper> for SteppingSolver {
+    fn from(stepper: Stepper) -> SteppingSolver {
+        SteppingSolver {
             stepper,
             with: None,
             until: None,
-        })
-    });
-    each.collect()
+        }
+    }
+}
+
+fn of_steppers(steppers: impl IntoIterator<Item = Stepper>) -> Vec<Proposal> {
+    proposals(steppers.into_iter().map(SteppingSolver::from))
+}
+
+/// The solvers that were tried with the parameters of the case, those that stay close to the candidate longest first,
+/// and how many samples that is.
+fn closest_steppers(search: &Search<'_>) -> Vec<(usize, Stepper)> {
+    let tried = search.tried.iter().filter(|tried| tried.cause.numbers().is_empty());
+    let steppers = tried.filter_map(|tried| Some((tried.close, *tried.cause.stepper()?)));
+    let mut close: Vec<(usize, Stepper)> = steppers.collect();
+    close.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
+    close
 }
 
 fn is_band(physics: &Physics, speed: f64) -> bool {
@@ -311,15 +323,13 @@ fn is_band(physics: &Physics, speed: f64) -> bool {
 
 /// Speeds up to which the candidate may stick, rad/s.
 fn tolerances(search: &Search<'_>) -> Vec<f64> {
-    let (evidence, symptoms) = (search.evidence, search.symptoms);
+    let (evidence, shown) = (search.evidence, search.shown);
     let physics = evidence.physics;
-    let dropped = symptoms.found.iter().filter(|found| found.kind == EventKind::Stick);
+    let dropped = shown.found.iter().filter(|found| found.kind == EventKind::Stick);
     let dropped = dropped.filter_map(|found| found.dropped).fold(0.0, f64::max);
-    let shown = [dropped, symptoms.plateau].into_iter();
-    let mut all: Vec<f64> = shown
-        .filter(|speed| *speed > 1e-6 * physics.speed())
-        .flat_map(round_above)
-        .collect();
+    let speeds = [dropped, shown.plateau].into_iter();
+    let speeds = speeds.filter(|speed| *speed > 1e-6 * physics.speed());
+    let mut all: Vec<f64> = speeds.flat_map(round_above).collect();
     if physics.sticks() {
         let (speeds, declared) = evidence.speeds_at_sticks();
         let early = speeds.into_iter().fold(0.0, f64::max);
@@ -345,47 +355,40 @@ impl SteppingSolver {
         let kinds: Vec<(f64, bool)> = kinds.flat_map(|&speed| [(speed, false), (speed, true)]).collect();
         let found = over_processors(kinds.len(), &|| false, |k| {
             let (speed, frozen) = kinds[k];
+            let stop = if frozen { Stop::Frozen } else { Stop::Within };
             let of = |speed: f64| Stepper {
-                stop: if frozen {
-                    Stop::Frozen(speed.abs())
-                } else {
-                    Stop::Within(speed.abs())
-                },
+                stop: stop(speed.abs()),
                 ..Stepper::new(Scheme::Exact, true, step)
             };
             let play = |speed: f64, until: f64| evidence.stepped(&of(speed), evidence.shown(until));
-            let speed = if speed == least {
-                evidence.projected(speed, 1, &play)?
-            } else {
-                speed
+            let speed = match speed == least {
+                true => evidence.projected(speed, 1, &play)?,
+                false => speed,
             };
             Some(of(fitted(evidence, speed, speed, &play)?))
         });
-        proposals(found.into_iter().flatten())
+        of_steppers(found.into_iter().flatten())
     }
 
     /// Variants of the solvers that stay close to the candidate longest, and of those that come to no end.
     pub fn variants_of_closest(search: &Search<'_>) -> Vec<Proposal> {
         let evidence = search.evidence;
-        let steppers = search.tried.iter().filter(|tried| tried.cause.numbers().is_empty());
-        let steppers = steppers.filter_map(|tried| Some((tried.close, *tried.cause.stepper()?)));
-        let mut close: Vec<(usize, Stepper)> = steppers.filter(|(_, stepper)| !stepper.is_variant()).collect();
-        close.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
-        let closest = (0..)
-            .zip(close)
-            .filter(|(place, (rows, _))| *place < CLOSEST_VARIANTS || *rows == 0);
+        let mut close = closest_steppers(search);
+        close.retain(|(_, stepper)| !stepper.is_variant());
+        let closest = close.into_iter().enumerate();
+        let closest = closest.filter(|(place, (rows, _))| *place < CLOSEST_VARIANTS || *rows == 0);
         let variants = closest.flat_map(|(_, (_, stepper))| evidence.variants(stepper));
         let is_new = |stepper: &Stepper| search.tried.iter().all(|tried| tried.cause.stepper() != Some(stepper));
-        proposals(variants.filter(|stepper| stepper.is_variant() && is_new(stepper)))
+        of_steppers(variants.filter(|stepper| stepper.is_variant() && is_new(stepper)))
     }
 
     /// Methods of low order, each with the steps that its error shows, and with those of the samples.
     pub fn of_low_order(search: &Search<'_>) -> Vec<Proposal> {
-        proposals(search.evidence.methods())
+        of_steppers(search.evidence.methods())
     }
 
     pub fn of_usual_tolerances(search: &Search<'_>) -> Vec<Proposal> {
-        proposals(search.evidence.usual_bands())
+        of_steppers(search.evidence.usual_bands())
     }
 
     /// The closest parameters, together with steps.
@@ -398,16 +401,12 @@ impl SteppingSolver {
         numbers.sort_by(|a, b| a.judged.left.total_cmp(&b.judged.left));
         let steppers = search.evidence.steppers(&[], None);
         let both = numbers.into_iter().take(CLOSEST).flat_map(|number| {
-            let each = steppers.iter().map(|stepper| -> Proposal {
-                Arc::new(SteppingSolver {
-                    stepper: *stepper,
-                    with: Some(number.cause.clone()),
-                    until: None,
-                })
-            });
-            each.collect::<Vec<_>>()
+            steppers.iter().map(|&stepper| SteppingSolver {
+                with: Some(number.cause.clone()),
+                ..stepper.into()
+            })
         });
-        both.collect()
+        proposals(both)
     }
 
     /// Solvers with steps, judged before rounding decides what they do. Events move by whole steps, so two of their runs
@@ -418,11 +417,8 @@ impl SteppingSolver {
             return Vec::new();
         };
         let parts = seen.close(&seen.reference, CLOSE);
-        let steppers = search.tried.iter().filter(|tried| tried.cause.numbers().is_empty());
-        let steppers = steppers.filter(|tried| tried.close > parts);
-        let steppers = steppers.filter_map(|tried| Some((tried.close, *tried.cause.stepper()?)));
-        let mut close: Vec<(usize, Stepper)> = steppers.collect();
-        close.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
+        let mut close = closest_steppers(search);
+        close.retain(|(rows, _)| *rows > parts);
         close.truncate(CLOSEST_STEPPERS);
         let known = over_processors(close.len(), &|| false, |k| {
             let (_, stepper) = close[k];
@@ -434,19 +430,15 @@ impl SteppingSolver {
             let (from, until) = (seen.time[parts], seen.time[until]);
             let events = played.events.iter().filter(|event| (from..until).contains(&event.time));
             let steps = SteppingSolver {
-                stepper,
-                with: None,
                 until: Some(until),
+                ..stepper.into()
             };
             let judged = steps.judge(evidence, &played)?;
             let is_cause = judged.is_cause() && judged.explained >= steps.least(evidence);
             (events.count() >= FEWEST_EVENTS_KNOWN && is_cause).then_some((until, steps))
         });
         let longest = known.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0));
-        longest
-            .map(|(_, steps)| -> Proposal { Arc::new(steps) })
-            .into_iter()
-            .collect()
+        proposals(longest.map(|(_, steps)| steps))
     }
 
     fn stepper_words(&self, search: &Search<'_>) -> (CauseKind, String) {
@@ -512,12 +504,12 @@ impl SteppingSolver {
 /// (s).
 fn missing_sticks(search: &Search<'_>, step: f64) -> Option<String> {
     const STEPS: f64 = 4.0;
-    let symptoms = search.symptoms;
+    let shown = search.shown;
     let is_missing =
         |d: &&Difference| matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name();
-    let time = |position: usize| Some(symptoms.reference.get(position)?.time);
+    let time = |position: usize| Some(shown.covered.get(position)?.time);
     let duration = |d: &Difference| Some(time(d.position + 1)? - time(d.position)?);
-    let missing = symptoms.alignment.differences.iter().filter(is_missing);
+    let missing = shown.alignment.differences.iter().filter(is_missing);
     let short = missing.filter_map(duration).filter(|d| *d < STEPS * step).count();
     (short > 0).then(|| format!("{short} missing stick(s) are shorter than four of its steps"))
 }
@@ -529,16 +521,14 @@ impl Cause for SteppingSolver {
             .breakaway
             .map(|value| value / search.evidence.physics.system().breakaway);
         let share = share.filter(|share| (share - 1.0).abs() > 1e-3);
-        proposals(search.evidence.steppers(&tolerances(search), share))
+        of_steppers(search.evidence.steppers(&tolerances(search), share))
     }
 
     fn run(&self, evidence: &Evidence<'_>, _: usize) -> Option<Played> {
         let Some(with) = &self.with else {
             return evidence.stepped(&self.stepper, usize::MAX);
         };
-        let numbers = with.numbers().iter();
-        let numbers: Vec<(&str, f64)> = numbers.map(|(path, value)| (path.as_str(), *value)).collect();
-        let case = evidence.case.with_all(&numbers).ok()?;
+        let case = evidence.case.with_all(with.numbers()).ok()?;
         let physics = Physics::new(case, evidence.reference, evidence.covered.1);
         evidence.stepped_from(&physics, &self.stepper, 1.0, usize::MAX)
     }
@@ -546,8 +536,8 @@ impl Cause for SteppingSolver {
     fn judge(&self, evidence: &Evidence<'_>, played: &Played) -> Option<Judged> {
         let judged = evidence.judged(played, self.until.unwrap_or(f64::INFINITY));
         match (self.until, &self.with) {
-            (Some(_), _) if evidence.detected.is_some() => judged.map(Judged::by_samples),
-            (Some(_), _) | (None, Some(_)) => judged,
+            (Some(_), _) => judged.map(|judged| judged.by_samples_if(evidence.detected.is_some())),
+            (None, Some(_)) => judged,
             // A motion that was given up may be close to the candidate before that.
             (None, None) => Some(judged.unwrap_or_else(Judged::far)),
         }
