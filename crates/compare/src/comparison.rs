@@ -9,14 +9,15 @@ use super::follows::Follows;
 use super::integrals::{EnergyDrift, ImpulseErrors};
 use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
-use super::score::{CreepScore, Score};
+use super::score::Score;
 use super::states::{Phase, StatePass, Tally};
 use super::statistics::{ComparedAttractor, OF_ATTRACTORS, STATISTICS, Statistic};
+use super::summary::words_of;
 use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters};
 use serde::Serialize;
 use std::borrow::Cow;
 use stickslip_system::quote::shown;
-use stickslip_system::record::sequence::{Difference, Fault};
+use stickslip_system::record::sequence::Difference;
 use stickslip_system::record::{Event, EventKind};
 
 /// How far a candidate agrees with its reference. Errors are candidate minus reference.
@@ -201,6 +202,13 @@ pub struct Closest {
     pub why_not: &'static str,
 }
 
+impl Closest {
+    /// Why it is no cause, if it explains nearly all.
+    pub(super) fn why_not(&self) -> &'static str {
+        if self.explained >= EXPLAINED { self.why_not } else { "" }
+    }
+}
+
 /// The part of the reference that a candidate covers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Span {
@@ -303,18 +311,7 @@ impl Comparison {
         let (errors, uncovered) = (&self.event_errors, self.uncovered);
         let (covered, of_all) = (self.reference_events, self.reference_events + uncovered);
         let creep = self.score.as_ref().and_then(|score| score.creep).filter(|_| creeps);
-        let creep = creep.map(
-            |CreepScore {
-                 candidate: speed,
-                 unit,
-                 slid,
-                 slid_in,
-                 ..
-             }| {
-                let length = unit.trim_end_matches("/s");
-                format!("creeps at {speed:.3e} {unit}, {slid:.2e} {length} in {slid_in:.3} s")
-            },
-        );
+        let creep = creep.map(|creep| creep.words());
         let mut text = match self.sequence.first() {
             _ if creep.is_some() && of_all == 0 => "the reference sticks throughout, and the candidate".to_owned(),
             None => match errors.matched {
@@ -323,13 +320,7 @@ impl Comparison {
                 _ => "the event sequences agree".to_owned(),
             },
             Some(first) => {
-                let what = match first.fault {
-                    Fault::Missing => "is missing".to_owned(),
-                    Fault::Spurious => "is not in the reference".to_owned(),
-                    Fault::Doubled => "is there twice".to_owned(),
-                    Fault::Swapped => "has changed places with its neighbour".to_owned(),
-                    Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
-                };
+                let what = words_of(first);
                 let (position, kind, time) = (first.position, first.kind, first.time);
                 let all = self.sequence.len();
                 let unseen = match self.sequence.iter().filter(|d| d.shorter_than_interval).count() {
@@ -387,16 +378,8 @@ impl Comparison {
             .filter(counts)
             .filter_map(|row| Some((row, row.mescd?)));
         match rated.min_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((
-                ChannelErrors {
-                    channel,
-                    max,
-                    unit,
-                    max_at,
-                    ..
-                },
-                digits,
-            )) if digits < 0.0 => {
+            Some((worst, digits)) if digits < 0.0 => {
+                let (channel, max, unit, max_at) = (&worst.channel, worst.max, worst.unit, worst.max_at);
                 text += &format!("; states do not agree: {channel} is off by {max:.1e} {unit} at {max_at:.6} s");
             }
             Some((_, digits)) if errors.max.is_none() && creep.is_none() => {
@@ -432,19 +415,12 @@ impl Comparison {
                 }
                 None => {}
             }
-            let closest = unexplained.shown_closest();
-            if let Some(Closest {
-                cause,
-                explained,
-                why_not,
-            }) = closest
-            {
-                let (name, part) = (cause.name(), percent(explained));
+            if let Some(closest) = unexplained.shown_closest() {
+                let (name, part) = (closest.cause.name(), percent(closest.explained));
                 text += &format!("; the closest, {name}, explains {part} % of the squared difference");
-                if explained >= EXPLAINED {
-                    text += why_not;
-                }
-                let others = unexplained.ruled_out.iter().filter(|other| other.explained < explained);
+                text += closest.why_not();
+                let others = unexplained.ruled_out.iter();
+                let others = others.filter(|other| other.explained < closest.explained);
                 let others: Vec<&str> = others.map(|other| other.cause.name()).collect();
                 match others.len() {
                     0 => {}
@@ -471,14 +447,14 @@ pub(super) fn channel_errors(pass: &StatePass<'_>, physics: &Physics) -> Vec<Cha
             phase,
             channel: channel.name(),
             unit: physics.vocabulary().unit(channel),
-            samples: tally.samples,
-            max: tally.max,
-            max_at: tally.max_at,
-            rms: tally.rms(),
+            samples: tally.errors.samples,
+            max: tally.errors.max,
+            max_at: tally.errors.max_at,
+            rms: tally.errors.rms(),
             scd: tally.scd(),
             mescd: tally.mescd(),
         };
-        tallies.filter(|(_, tally)| tally.samples > 0).map(errors)
+        tallies.filter(|(_, tally)| tally.errors.samples > 0).map(errors)
     };
     Phase::ALL.into_iter().flat_map(of_phase).collect()
 }

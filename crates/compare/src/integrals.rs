@@ -8,7 +8,7 @@
 use super::Channel;
 use super::candidate::Block;
 use super::reference::{GapPolynomial, Physics, Walk};
-use super::states::Squares;
+use super::states::ErrorSum;
 use serde::Serialize;
 use std::borrow::Cow;
 use stickslip_engine::simulation::Course;
@@ -44,22 +44,6 @@ pub struct ImpulseErrors {
     pub resolution: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct Errors {
-    max: f64,
-    max_at: f64,
-    squares: Squares,
-}
-
-impl Errors {
-    fn add(&mut self, time: f64, error: f64) {
-        if error.abs() > self.max {
-            (self.max, self.max_at) = (error.abs(), time);
-        }
-        self.squares.add(error);
-    }
-}
-
 #[derive(Debug)]
 struct Impulse {
     channel: Channel,
@@ -68,7 +52,8 @@ struct Impulse {
     first: f64,
     last: f64,
     sum: f64,
-    errors: [Errors; 2],
+    /// Errors, and those of the opposite sign.
+    errors: [ErrorSum; 2],
     largest: f64,
     single: bool,
 }
@@ -80,7 +65,6 @@ pub(super) struct ImpulsePass<'a> {
     curves: Vec<GapPolynomial>,
     impulses: Vec<Impulse>,
     span: Option<(f64, f64)>,
-    samples: u64,
     ended: bool,
 }
 
@@ -97,7 +81,7 @@ impl<'a> ImpulsePass<'a> {
                 first: 0.0,
                 last: 0.0,
                 sum: 0.0,
-                errors: [Errors::default(); 2],
+                errors: [ErrorSum::default(); 2],
                 largest: 0.0,
                 single: true,
             };
@@ -113,7 +97,6 @@ impl<'a> ImpulsePass<'a> {
             curves: Vec::new(),
             impulses,
             span: None,
-            samples: 0,
             ended: false,
         }))
     }
@@ -123,25 +106,20 @@ impl<'a> ImpulsePass<'a> {
             if self.ended {
                 return Ok(());
             }
-            match self.span {
-                None => {
-                    if self.walk.at(time)?.is_none() {
-                        continue;
-                    }
-                    self.span = Some((time, time));
-                    for impulse in &mut self.impulses {
-                        impulse.first = block.columns[impulse.column][row];
-                    }
+            if let Some((from, last)) = self.span {
+                self.ended = !self.integrate(last, time)?;
+                if self.ended {
+                    return Ok(());
                 }
-                Some((from, last)) => {
-                    if !self.integrate(last, time)? {
-                        self.ended = true;
-                        return Ok(());
-                    }
-                    self.span = Some((from, time));
+                self.span = Some((from, time));
+            } else if self.walk.at(time)?.is_some() {
+                self.span = Some((time, time));
+                for impulse in &mut self.impulses {
+                    impulse.first = block.columns[impulse.column][row];
                 }
+            } else {
+                continue;
             }
-            self.samples += 1;
             for impulse in &mut self.impulses {
                 let value = block.columns[impulse.column][row];
                 let change = value - impulse.first;
@@ -175,7 +153,7 @@ impl<'a> ImpulsePass<'a> {
     }
 
     pub fn finish(self, physics: &Physics) -> Vec<ImpulseErrors> {
-        let Some((from, to)) = self.span.filter(|_| self.samples > 1) else {
+        let Some((from, to)) = self.span.filter(|(from, to)| to > from) else {
             return Vec::new();
         };
         let of = |impulse: &Impulse| {
@@ -187,14 +165,14 @@ impl<'a> ImpulsePass<'a> {
             ImpulseErrors {
                 channel: impulse.channel.name(),
                 unit: physics.vocabulary().unit(impulse.channel),
-                samples: self.samples,
+                samples: errors.samples,
                 from,
                 to,
                 reference: impulse.sum,
                 candidate: if opposite { -change } else { change },
                 max: errors.max,
                 max_at: errors.max_at,
-                rms: errors.squares.rms(self.samples),
+                rms: errors.rms(),
                 opposite,
                 resolution: (impulse.single && impulse.largest > 0.0).then_some(quantum),
             }

@@ -110,6 +110,14 @@ pub struct CreepScore {
     pub slid_in: f64,
 }
 
+impl CreepScore {
+    pub(super) fn words(&self) -> String {
+        let (speed, unit, slid, slid_in) = (self.candidate, self.unit, self.slid, self.slid_in);
+        let length = unit.trim_end_matches("/s");
+        format!("creeps at {speed:.3e} {unit}, {slid:.2e} {length} in {slid_in:.3} s")
+    }
+}
+
 const MOST_SAMPLES: usize = 1 << 17;
 
 /// Smallest approach between two crossings, in parts of the size; less is noise.

@@ -12,12 +12,42 @@ use std::ops::Range;
 use stickslip_files::ResultError;
 use stickslip_system::record::sequence::{Alignment, SequenceEvent};
 
+/// The errors of some samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Tally {
+pub(crate) struct ErrorSum {
     pub samples: u64,
+    /// Largest absolute error, and its time, s.
     pub max: f64,
     pub max_at: f64,
     pub squares: Squares,
+}
+
+impl ErrorSum {
+    #[inline]
+    pub fn add(&mut self, time: f64, error: f64) {
+        self.samples += 1;
+        if error.abs() > self.max {
+            (self.max, self.max_at) = (error.abs(), time);
+        }
+        self.squares.add(error);
+    }
+
+    fn append(&mut self, other: &ErrorSum) {
+        self.samples += other.samples;
+        if other.max > self.max {
+            (self.max, self.max_at) = (other.max, other.max_at);
+        }
+        self.squares.append(other.squares);
+    }
+
+    pub fn rms(&self) -> f64 {
+        self.squares.rms(self.samples)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Tally {
+    pub errors: ErrorSum,
     pub largest: f64,
     pub max_mixed: f64,
     /// Sums of candidate times reference, reference squared and candidate squared, which reveal a common factor.
@@ -29,12 +59,7 @@ impl Tally {
     fn add(&mut self, time: f64, candidate: f64, reference: f64, scale: f64) {
         let error = (candidate - reference).abs();
         let size = reference.abs();
-        self.samples += 1;
-        if error > self.max {
-            self.max = error;
-            self.max_at = time;
-        }
-        self.squares.add(error);
+        self.errors.add(time, error);
         // A product, because a division is slower.
         if error > self.max_mixed * (scale + size) {
             self.max_mixed = (error / (scale + size)).min(f64::MAX);
@@ -46,11 +71,7 @@ impl Tally {
     }
 
     fn append(&mut self, other: &Tally) {
-        self.samples += other.samples;
-        if other.max > self.max {
-            (self.max, self.max_at) = (other.max, other.max_at);
-        }
-        self.squares.append(other.squares);
+        self.errors.append(&other.errors);
         self.largest = self.largest.max(other.largest);
         self.max_mixed = self.max_mixed.max(other.max_mixed);
         let products = self.products.iter_mut().zip(other.products);
@@ -61,16 +82,13 @@ impl Tally {
     /// through zero, where a relative error is meaningless. 17 without an error, `None` if the reference is zero
     /// throughout.
     pub fn scd(&self) -> Option<f64> {
-        digits(self.samples, (self.max / self.largest).min(f64::MAX)).filter(|_| self.largest > 0.0)
+        let relative = (self.errors.max / self.largest).min(f64::MAX);
+        digits(self.errors.samples, relative).filter(|_| self.largest > 0.0)
     }
 
     /// Mixed digits, -log10 of the largest |error|/(scale + |reference|); 17 without an error.
     pub fn mescd(&self) -> Option<f64> {
-        digits(self.samples, self.max_mixed)
-    }
-
-    pub fn rms(&self) -> f64 {
-        self.squares.rms(self.samples)
+        digits(self.errors.samples, self.max_mixed)
     }
 }
 
@@ -139,7 +157,7 @@ struct SamplePart {
 
 impl SamplePart {
     fn samples(&self) -> u64 {
-        self.tallies.first().map_or(0, |tally| tally.samples)
+        self.tallies.first().map_or(0, |tally| tally.errors.samples)
     }
 
     fn append(&mut self, other: &SamplePart) {
@@ -159,7 +177,7 @@ impl SamplePart {
         let each = self.tallies.iter().zip(scales);
         match self.samples() {
             0 => f64::INFINITY,
-            _ => each.map(|(tally, scale)| (tally.rms() / scale).powi(2)).sum(),
+            _ => each.map(|(tally, scale)| (tally.errors.rms() / scale).powi(2)).sum(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The verdict of a comparison in short: whether the runs agree or where they part, the likely cause, what to do next.
 
-use super::causes::{CLOSE, EXPLAINED};
+use super::causes::CLOSE;
 use super::comparison::{Comparison, Unexplained};
 use super::diagnosis::{CauseKind, percent};
 use super::event_errors::{CycleErrors, EventError};
@@ -46,6 +46,18 @@ impl CycleErrors {
         self.is_constant()
             .then(|| format!("constant error: every {} is {by} {side}", self.of))
     }
+}
+
+/// The fault of an event: "is missing".
+pub(super) fn words_of(difference: &Difference) -> String {
+    let words = match difference.fault {
+        Fault::Missing => "is missing",
+        Fault::Spurious => "is not in the reference",
+        Fault::Doubled => "is there twice",
+        Fault::Swapped => "has changed places with its neighbour",
+        Fault::Renamed => return format!("is a {}", difference.candidate_kind.unwrap_or("different event")),
+    };
+    words.to_owned()
 }
 
 /// An error of an event, for example "0.14 s early".
@@ -131,13 +143,8 @@ impl Comparison {
     }
 
     fn parted(&self, first: &Difference) -> String {
-        let what = match first.fault {
-            Fault::Missing => "is missing".to_owned(),
-            Fault::Spurious => "is not in the reference".to_owned(),
-            Fault::Doubled => "is there twice".to_owned(),
-            Fault::Swapped => "has changed places with its neighbour".to_owned(),
-            Fault::Renamed => format!("is a {} instead", first.candidate_kind.unwrap_or("different event")),
-        };
+        let instead = if first.fault == Fault::Renamed { " instead" } else { "" };
+        let what = words_of(first) + instead;
         let before = self.before(first.position);
         let (kind, time) = (first.kind, first.time);
         format!(
@@ -217,11 +224,7 @@ impl Comparison {
             );
         } else if let Some(closest) = unexplained.shown_closest() {
             let part = percent(closest.explained);
-            let why_not = if closest.explained >= EXPLAINED {
-                closest.why_not
-            } else {
-                ""
-            };
+            let why_not = closest.why_not();
             text += &format!(". The closest is {} ({part} %){why_not}", closest.cause.name());
         }
         Some(text + ".")
