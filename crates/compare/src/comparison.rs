@@ -468,25 +468,43 @@ pub struct Requirement {
     bound: f64,
 }
 
-const METRICS: [&str; 12] = [
-    "events",
-    "events_rms",
-    "missing",
-    "spurious",
-    "uncovered",
-    "scd",
-    "mescd",
-    "drift",
-    "score_position",
-    "score_period",
-    "score_rest",
-    "score_creep",
+type Metric = fn(&Comparison) -> Option<f64>;
+
+/// Metrics other than statistics: absolute errors, counts, and the fewest digits of any channel.
+const METRICS: [(&str, Metric); 12] = [
+    ("events", |c| c.event_errors.max),
+    ("events_rms", |c| c.event_errors.rms),
+    ("missing", |c| c.count(c.missing)),
+    ("spurious", |c| c.count(c.spurious)),
+    ("uncovered", |c| Some(c.uncovered as f64)),
+    ("scd", |c| {
+        c.channels.iter().filter_map(|row| row.scd).min_by(f64::total_cmp)
+    }),
+    ("mescd", |c| {
+        c.channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp)
+    }),
+    ("drift", |c| Some(c.cycles.as_ref()?.per_cycle.abs())),
+    ("score_position", |c| {
+        Some(c.score.as_ref()?.position.as_ref()?.relative)
+    }),
+    ("score_period", |c| Some(c.score.as_ref()?.period.as_ref()?.relative)),
+    ("score_rest", |c| Some(c.score.as_ref()?.rest.as_ref()?.relative)),
+    ("score_creep", |c| Some(c.score.as_ref()?.creep?.relative)),
 ];
+
+impl Comparison {
+    /// A number of events; `None` if the candidate covers none of the reference's.
+    fn count(&self, events: usize) -> Option<f64> {
+        let is_uncovered = self.reference_events == 0 && self.uncovered > 0;
+        (!is_uncovered).then_some(events as f64)
+    }
+}
 
 impl Requirement {
     /// Names of all metrics.
     pub fn metrics() -> impl Iterator<Item = &'static str> {
-        METRICS.into_iter().chain(STATISTICS.map(|s| s.0)).chain(OF_ATTRACTORS)
+        let own = METRICS.into_iter().map(|metric| metric.0);
+        own.chain(STATISTICS.map(|s| s.0)).chain(OF_ATTRACTORS)
     }
 
     /// Parses `METRIC<BOUND`, or with `<=`, `>`, `>=`; the bound is a number, in seconds if the metric is a time.
@@ -508,7 +526,7 @@ impl Requirement {
         if !Requirement::metrics().any(|name| name == metric) {
             return Err(format!(
                 "--require {text}: unknown metric \"{metric}\"; there are {}, {}, and of trains {}",
-                METRICS.join(", "),
+                METRICS.map(|metric| metric.0).join(", "),
                 STATISTICS.map(|s| s.0).join(", "),
                 OF_ATTRACTORS.join(", "),
                 metric = shown(metric)
@@ -540,29 +558,13 @@ impl Requirement {
         (!met).then(|| format!("{of}: {metric} {value}, where {text} is required"))
     }
 
-    /// The bounded number: an absolute error, a count, or the fewest digits of any channel.
+    /// The bounded number.
     fn value(&self, comparison: &Comparison) -> Option<f64> {
-        let fewest = |digits: fn(&ChannelErrors) -> Option<f64>| {
-            comparison.channels.iter().filter_map(digits).min_by(f64::total_cmp)
-        };
-        match self.metric.as_str() {
-            "events" => comparison.event_errors.max,
-            "events_rms" => comparison.event_errors.rms,
-            "missing" | "spurious" if comparison.reference_events == 0 && comparison.uncovered > 0 => None,
-            "missing" => Some(comparison.missing as f64),
-            "spurious" => Some(comparison.spurious as f64),
-            "uncovered" => Some(comparison.uncovered as f64),
-            "scd" => fewest(|row| row.scd),
-            "mescd" => fewest(|row| row.mescd),
-            "drift" => comparison.cycles.as_ref().map(|cycles| cycles.per_cycle.abs()),
-            "score_position" => Some(comparison.score.as_ref()?.position.as_ref()?.relative),
-            "score_period" => Some(comparison.score.as_ref()?.period.as_ref()?.relative),
-            "score_rest" => Some(comparison.score.as_ref()?.rest.as_ref()?.relative),
-            "score_creep" => Some(comparison.score.as_ref()?.creep?.relative),
-            name => {
-                let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
-                statistic.error().map(f64::abs)
-            }
+        if let Some((_, value)) = METRICS.iter().find(|metric| metric.0 == self.metric) {
+            return value(comparison);
         }
+        let mut statistics = comparison.statistics.iter();
+        let statistic = statistics.find(|statistic| statistic.name == self.metric)?;
+        statistic.error().map(f64::abs)
     }
 }

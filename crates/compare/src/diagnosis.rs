@@ -11,90 +11,78 @@ use std::borrow::Cow;
 use stickslip_case::quantity::{self, Dimension};
 use stickslip_case::{Case, Motion};
 
-/// What is wrong with a candidate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CauseKind {
-    /// A channel, or the time, is in another unit or of the other sign.
-    WrongUnits,
-    /// It is a run of another case.
-    AnotherCase,
-    /// The reference has a kick, the candidate has none.
-    UnperturbedRun,
-    /// The fast mode is not followed: steps or samples are too far apart, or the method damps it.
-    UnresolvedMode,
-    /// Short sticks pass between two steps.
-    StepTooLarge,
-    /// A stick is declared while the disks still slide.
-    VelocityTolerance,
-    /// Breakaway is decided by another torque than the reference's.
-    StickTest,
-    /// Angles instead of twists: their rounding is a floor under the torques.
-    AbsoluteAngles,
-    /// A parameter of the case differs.
-    AnotherParameter,
-    /// The kick has another size or another split.
-    AnotherKick,
-    /// Friction is smooth at rest, so sticks creep.
-    RegularisedLaw,
-    /// Events are taken at the ends of steps.
-    EventsLate,
-    /// A single event is late or early.
-    EventLate,
-    /// A method of low order with the candidate's steps.
-    LowOrderMethod,
-    /// The initial state differs.
-    AnotherState,
-    /// All times differ by a constant.
-    TimeOffset,
-    /// All times differ by a factor.
-    ClockRate,
-    /// A constant is added to a channel.
-    ChannelOffset,
-    /// Columns are exchanged.
-    SwappedColumns,
-    /// Each row stands several times, while the time goes on.
-    RepeatedRows,
-    /// Channels are moving averages.
-    MovingAverage,
-    /// Channels are low-pass filtered.
-    LowPassFilter,
-    /// Speeds are stored half a step before or after positions.
-    HalfStep,
-    /// A breakaway is stepped over.
-    MissedBreakaway,
+/// Declares the causes: variant, name, and advice.
+macro_rules! causes {
+    ($($(#[$doc:meta])* $kind:ident, $name:literal, $advice:literal;)+) => {
+        /// What is wrong with a candidate.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum CauseKind { $($(#[$doc])* $kind,)+ }
+
+        impl CauseKind {
+            /// Name of the cause.
+            pub fn name(self) -> &'static str {
+                match self { $(CauseKind::$kind => $name,)+ }
+            }
+
+            pub(super) fn advice(self) -> &'static str {
+                match self { $(CauseKind::$kind => $advice,)+ }
+            }
+        }
+    };
 }
 
-impl CauseKind {
-    /// Name of the cause.
-    pub fn name(self) -> &'static str {
-        match self {
-            CauseKind::WrongUnits => "wrong units",
-            CauseKind::AnotherCase => "another case",
-            CauseKind::UnperturbedRun => "unperturbed run",
-            CauseKind::UnresolvedMode => "unresolved mode",
-            CauseKind::StepTooLarge => "step too large",
-            CauseKind::VelocityTolerance => "velocity tolerance too wide",
-            CauseKind::StickTest => "another stick test",
-            CauseKind::AbsoluteAngles => "absolute angles",
-            CauseKind::AnotherParameter => "another parameter",
-            CauseKind::AnotherKick => "another kick",
-            CauseKind::RegularisedLaw => "regularised friction law",
-            CauseKind::EventsLate => "events late by a step",
-            CauseKind::EventLate => "one event late",
-            CauseKind::LowOrderMethod => "method of low order",
-            CauseKind::AnotherState => "another initial state",
-            CauseKind::TimeOffset => "times offset",
-            CauseKind::ClockRate => "clock rate",
-            CauseKind::ChannelOffset => "channel offset",
-            CauseKind::SwappedColumns => "swapped columns",
-            CauseKind::RepeatedRows => "repeated rows",
-            CauseKind::MovingAverage => "moving average",
-            CauseKind::LowPassFilter => "low-pass filter",
-            CauseKind::HalfStep => "half a step off",
-            CauseKind::MissedBreakaway => "missed breakaway",
-        }
-    }
+causes! {
+    /// A channel, or the time, is in another unit or of the other sign.
+    WrongUnits, "wrong units", "name the unit of the column (--column NAME=COLUMN:UNIT)";
+    /// It is a run of another case.
+    AnotherCase, "another case", "run both with one case; -v lists the keys that differ";
+    /// The reference has a kick, the candidate has none.
+    UnperturbedRun, "unperturbed run", "apply the kick of the case, or compare with a reference without one";
+    /// The fast mode is not followed: steps or samples are too far apart, or the method damps it.
+    UnresolvedMode, "unresolved mode", "take smaller steps, or write more samples";
+    /// Short sticks pass between two steps.
+    StepTooLarge, "step too large", "take smaller steps, or write more samples";
+    /// A stick is declared while the disks still slide.
+    VelocityTolerance, "velocity tolerance too wide", "declare a stick at a lower relative velocity";
+    /// Breakaway is decided by another torque than the reference's.
+    StickTest, "another stick test",
+        "test breakaway as the reference does (contact.breakaway_test, friction.breakaway)";
+    /// Angles instead of twists: their rounding is a floor under the torques.
+    AbsoluteAngles, "absolute angles", "integrate the twists instead of the angles";
+    /// A parameter of the case differs.
+    AnotherParameter, "another parameter", "correct the value, and compare again";
+    /// The kick has another size or another split.
+    AnotherKick, "another kick", "apply the kick of the reference";
+    /// Friction is smooth at rest, so sticks creep.
+    RegularisedLaw, "regularised friction law",
+        "let the contact stick, or compare with a reference that has the smooth law";
+    /// Events are taken at the ends of steps.
+    EventsLate, "events late by a step", "locate events within the step, or take smaller steps";
+    /// A single event is late or early.
+    EventLate, "one event late", "look at this event in your solver";
+    /// A method of low order with the candidate's steps.
+    LowOrderMethod, "method of low order", "take smaller steps, or a method of higher order";
+    /// The initial state differs.
+    AnotherState, "another initial state", "begin in the state of the reference";
+    /// All times differ by a constant.
+    TimeOffset, "times offset", "repeat with --time-offset auto";
+    /// All times differ by a factor.
+    ClockRate, "clock rate", "check the unit and the step of the times";
+    /// A constant is added to a channel.
+    ChannelOffset, "channel offset", "subtract the constant from the column";
+    /// Columns are exchanged.
+    SwappedColumns, "swapped columns", "assign the columns (--column NAME=COLUMN)";
+    /// Each row stands several times, while the time goes on.
+    RepeatedRows, "repeated rows", "write every step once";
+    /// Channels are moving averages.
+    MovingAverage, "moving average", "compare samples that are not filtered";
+    /// Channels are low-pass filtered.
+    LowPassFilter, "low-pass filter", "compare samples that are not filtered";
+    /// Speeds are stored half a step before or after positions.
+    HalfStep, "half a step off", "write positions and speeds of the same time";
+    /// A breakaway is stepped over.
+    MissedBreakaway, "missed breakaway", "look for breakaway within the step, or take smaller steps";
 }
 
 /// A cause with its evidence in words.

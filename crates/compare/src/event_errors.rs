@@ -67,10 +67,8 @@ impl EventErrors {
 
     /// Number of matched events whose error is within their bounds.
     pub fn within(&self) -> usize {
-        self.events
-            .iter()
-            .filter(|event| event.error.abs() <= event.bound)
-            .count()
+        let events = self.events.iter();
+        events.filter(|event| event.error.abs() <= event.bound).count()
     }
 }
 
@@ -195,28 +193,21 @@ const SIGNIFICANT: f64 = 3.0;
 impl CycleErrors {
     /// Cycle errors of the kind with the most matched events; `None` with too few.
     pub fn of(errors: &EventErrors) -> Option<CycleErrors> {
-        let of_kind = |kind: &'static str| {
-            errors
-                .events
-                .iter()
-                .filter(|event| event.kind == kind)
-                .collect::<Vec<_>>()
-        };
-        let kinds = ["reversal", "stick", "slip"].map(of_kind);
-        let events = kinds
-            .into_iter()
-            .max_by_key(Vec::len)
-            .filter(|events| events.len() >= FEWEST)?;
+        let all = errors.events.iter();
+        let of_kind = |kind| all.clone().filter(|event| event.kind == kind).collect();
+        let kinds: [Vec<&EventError>; 3] = ["reversal", "stick", "slip"].map(of_kind);
+        let events = kinds.into_iter().max_by_key(Vec::len)?;
+        if events.len() < FEWEST {
+            return None;
+        }
         let (first, last) = (events[0], events[events.len() - 1]);
         let cycle = (last.time - first.time) / (events.len() - 1) as f64;
         if cycle <= 0.0 {
             return None;
         }
         let n = events.len() as f64;
-        let points = events
-            .iter()
-            .map(|event| ((event.time - first.time) / cycle, event.error));
-        let points: Vec<(f64, f64)> = points.collect();
+        let point = |event: &&EventError| ((event.time - first.time) / cycle, event.error);
+        let points: Vec<(f64, f64)> = events.iter().map(point).collect();
         let sum = |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| of(x, y)).sum::<f64>();
         let (mean, error) = (sum(&|x, _| x) / n, sum(&|_, y| y) / n);
         let square = sum(&|x, _| (x - mean).powi(2));

@@ -337,23 +337,22 @@ impl Reference {
             let wrong = first_wrong.as_ref().map_or(span.from, |event| event.time);
             let passes = self.passes(&candidate, (wrong - period, wrong + period));
             let found = (!events_given).then_some((&found[..], begins));
-            Some(self.states(&candidate, windows, (detection, found), position, passes, &states_up_to)?)
+            self.states(&candidate, windows, (detection, found), position, passes, &states_up_to)?
         } else {
-            None
+            States::default()
         };
         let attractors = (!physics.coasts()).then(|| {
             let found = candidate.attractor.or_else(|| {
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !candidate.is_own())?;
-                let amplitude = states.as_ref().and_then(|states| states.amplitude);
+                let amplitude = states.amplitude;
                 Some(ComparedAttractor { amplitude, ..attractor })
             });
             [self.attractor, found]
         });
 
-        let mut unit_faults: Vec<_> = diagnosis::unit_of_time(&self.time_pairs(&all, &survey))
-            .into_iter()
-            .collect();
-        if let Some(pass) = states.as_ref().map(|states| &states.pass) {
+        let of_time = diagnosis::unit_of_time(&self.time_pairs(&all, &survey));
+        let mut unit_faults: Vec<_> = of_time.into_iter().collect();
+        if let Some(pass) = &states.pass {
             let together = [Phase::Sliding, Phase::StickSlip, Phase::After];
             let of_channel = |(k, &channel): (usize, &Channel)| {
                 let tallies = together.map(|phase| pass.tallies(phase)[k]);
@@ -364,11 +363,7 @@ impl Reference {
         unit_faults.retain(|fault| fault.explained >= EXPLAINED);
         // A motion negated as a whole is another phase, torque or start of a symmetric system.
         let opposite = unit_faults.iter().filter(|fault| fault.is_opposite()).count();
-        if opposite > 1
-            && states
-                .as_ref()
-                .is_some_and(|states| states.pass.channels.len() == opposite)
-        {
+        if opposite > 1 && states.pass.as_ref().is_some_and(|pass| pass.channels.len() == opposite) {
             unit_faults.clear();
         }
         let mut found_causes = Causes {
@@ -384,9 +379,9 @@ impl Reference {
                 covered: &reference_word,
                 alignment: &alignment,
                 found: &found,
-                grid: states.as_ref().map_or(Grid::default(), |s| s.pass.grid),
+                grid: states.pass.as_ref().map_or(Grid::default(), |pass| pass.grid),
                 plateau: survey.plateau,
-                creep: states.as_ref().and_then(|s| s.creep),
+                creep: states.creep,
                 shows_contact,
                 limit,
                 span,
@@ -394,13 +389,13 @@ impl Reference {
                 offset: proposed,
                 // The events of a solver that switches at samples are uncertain by some intervals, whatever the bounds
                 // are.
-                bound: match events_given {
-                    true => AGREED.max(floor),
+                bound: floor.max(match events_given {
+                    true => AGREED,
                     false => bounds
                         .iter()
-                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), |a, b| a.max(*b))
-                        .max(floor),
-                },
+                        .copied()
+                        .fold(AGREED_IN_SAMPLES.max(FOUND * interval), f64::max),
+                }),
                 rounding: self.rounding(&candidate, &survey),
                 worst: match alignment.differences.iter().all(|d| d.shorter_than_interval) {
                     true => errors.max,
@@ -410,8 +405,7 @@ impl Reference {
                 tolerance: detection.velocity_tolerance,
                 detected: (!events_given).then_some(detection),
             };
-            let passes = states.as_mut().and_then(|states| states.passes.take());
-            found_causes = self.causes(&shown, passes, &runs_done)?;
+            found_causes = self.causes(&shown, states.passes.take(), &runs_done)?;
         }
         let mut causes = found_causes.said;
         diagnosis::add_case(&mut causes, candidate.differences());
@@ -422,9 +416,11 @@ impl Reference {
             let unit = physics.vocabulary().motion().dimension(Dimension::Angle).unit();
             statistics.extend(of_attractors(attractors, unit));
         }
-        let (was_rerun, pass) = (self.was_repeated(), states.as_ref().map(|states| &states.pass));
+        let (was_rerun, pass) = (self.was_repeated(), states.pass.as_ref());
+        let coarsest = candidate.coarsest(&self.seen_by(&candidate)).filter(|_| !events_given);
+        let problem = self.problem.as_ref();
         let mut comparison = Comparison {
-            reference: match &self.problem {
+            reference: match problem {
                 Some(problem) => problem.folder.display().to_string(),
                 None => self.file.path().display().to_string(),
             },
@@ -443,16 +439,11 @@ impl Reference {
             clock: found_causes.clock,
             unexplained: found_causes.unexplained,
             out_of_time: found_causes.out_of_time,
-            values: candidate
-                .coarsest(&self.seen_by(&candidate))
-                .filter(|_| !events_given)
-                .map(Rounding::name),
+            values: coarsest.map(Rounding::name),
             agrees_to_resolution: false,
             detection: (!events_given).then_some(detection),
-            score: states
-                .as_ref()
-                .and_then(|states| self.score(states.score.as_ref()?, span)),
-            hysteresis: states.as_ref().and_then(|states| states.hysteresis),
+            score: states.score.as_ref().and_then(|score| self.score(score, span)),
+            hysteresis: states.hysteresis,
             natural_period: period,
             velocity_unit: physics.vocabulary().unit(Channel::RELATIVE_VELOCITY),
             span: candidate.has_rows().then_some(span),
@@ -473,24 +464,19 @@ impl Reference {
             samples_too_sparse: pass.map_or(0, StatePass::too_sparse),
             reference_repeated: pass.is_some_and(StatePass::integrated) || was_rerun,
             was_rerun,
-            energy_drift: states.as_ref().and_then(|states| states.energy),
-            impulses: states
-                .as_mut()
-                .map_or_else(Vec::new, |states| std::mem::take(&mut states.impulses)),
+            energy_drift: states.energy,
+            impulses: states.impulses,
             time_scale: (!physics.coasts()).then(|| physics.scale.clone()),
             attractors,
             absent: candidate.left_out().map(Absent::of).collect(),
-            score_command: self
-                .problem
-                .as_ref()
-                .and_then(|problem| problem.score_command(path, &candidate, mapping)),
+            score_command: problem.and_then(|problem| problem.score_command(path, &candidate, mapping)),
         };
         let lacking = physics.state.iter().filter(|&&channel| !candidate.has(channel));
         comparison.find_absent(&lacking.map(|channel| channel.name()).collect::<Vec<_>>());
         if !shows_contact {
             comparison.leave_out_contacts(&self.events, span);
         }
-        let creeps = self.last_stick().is_some() && states.is_some_and(|states| states.creep.is_some());
+        let creeps = self.last_stick().is_some() && states.creep.is_some();
         comparison.find_verdict(mapping.quick, creeps);
         Ok(comparison)
     }
@@ -721,7 +707,7 @@ impl Reference {
             progress(block.time[block.time.len() - 1]);
         }
         Ok(States {
-            pass: pass.finish(),
+            pass: Some(pass.finish()),
             passes,
             impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(physics)),
             creep: creep.and_then(CreepPass::finish).filter(|_| physics.sticks()),
@@ -769,8 +755,10 @@ fn saved_case(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     Case::read(&source, &[]).map_err(refused)
 }
 
+/// What the samples of a candidate show; nothing without samples.
+#[derive(Default)]
 struct States<'a> {
-    pass: StatePass<'a>,
+    pass: Option<StatePass<'a>>,
     passes: Option<Passes<'a>>,
     impulses: Vec<ImpulseErrors>,
     energy: Option<EnergyDrift>,

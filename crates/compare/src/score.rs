@@ -155,11 +155,8 @@ impl Reference {
         let positions = self.physics.position().into_iter().chain([Channel::ROTOR_TWIST]);
         let position = positions.into_iter().find_map(signal);
         let velocity = signal(Channel::RELATIVE_VELOCITY);
-        let of: Vec<Channel> = [&position, &velocity]
-            .into_iter()
-            .flatten()
-            .map(|s| s.channel)
-            .collect();
+        let signals = [&position, &velocity].into_iter().flatten();
+        let of: Vec<Channel> = signals.map(|signal| signal.channel).collect();
         if of.is_empty() {
             return Ok(None);
         }
@@ -187,13 +184,9 @@ impl Reference {
         let ends = self.word.windows(2).map(|pair| (pair[0], pair[1].time));
         let sticks = ends.filter(|(event, _)| event.kind == EventKind::Stick);
         let first = self.word.first().filter(|event| event.kind == EventKind::Slip);
-        let first = first
-            .filter(|_| !self.starts_in_slip)
-            .map(|event| (self.start, event.time));
-        first
-            .into_iter()
-            .chain(sticks.map(|(event, end)| (event.time, end)))
-            .collect()
+        let first = first.filter(|_| !self.starts_in_slip);
+        let first = first.map(|event| (self.start, event.time)).into_iter();
+        first.chain(sticks.map(|(event, end)| (event.time, end))).collect()
     }
 
     /// The reference's stick that lasts to its end, if it has no other.
@@ -225,35 +218,32 @@ impl Reference {
                 relative: part(rms, size),
             }
         });
-        let rest = pass
-            .position
-            .as_ref()
-            .zip(position.as_ref())
-            .and_then(|(signal, position)| {
-                let middles = sticks.iter().filter_map(|&(from, to)| {
-                    let middle = 0.5 * (from + to);
-                    let after = time.partition_point(|t| *t < middle);
-                    let before = after.checked_sub(1)?;
-                    let (a, b) = (time[before], *time.get(after)?);
-                    let [x, y] = [before, after].map(|k| difference(signal.values[k]));
-                    let error = x + (y - x) * (middle - a) / (b - a);
-                    (a >= from && b <= to).then_some((middle, error))
-                });
-                let middles: Vec<(f64, f64)> = middles.collect();
-                let &(max_at, worst) = middles.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-                let scale = if worst == 0.0 { 1.0 } else { worst.abs() };
-                let squares: f64 = middles.iter().map(|(_, error)| (error / scale).powi(2)).sum();
-                let rms = scale * (squares / middles.len() as f64).sqrt();
-                Some(RestScore {
-                    channel: position.channel.clone(),
-                    unit: position.unit,
-                    sticks: middles.len(),
-                    rms,
-                    max: worst.abs(),
-                    max_at,
-                    relative: part(rms, position.size),
-                })
+        let of_position = pass.position.as_ref().zip(position.as_ref());
+        let rest = of_position.and_then(|(signal, position)| {
+            let middles = sticks.iter().filter_map(|&(from, to)| {
+                let middle = 0.5 * (from + to);
+                let after = time.partition_point(|t| *t < middle);
+                let before = after.checked_sub(1)?;
+                let (a, b) = (time[before], *time.get(after)?);
+                let [x, y] = [before, after].map(|k| difference(signal.values[k]));
+                let error = x + (y - x) * (middle - a) / (b - a);
+                (a >= from && b <= to).then_some((middle, error))
             });
+            let middles: Vec<(f64, f64)> = middles.collect();
+            let &(max_at, worst) = middles.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+            let scale = if worst == 0.0 { 1.0 } else { worst.abs() };
+            let squares: f64 = middles.iter().map(|(_, error)| (error / scale).powi(2)).sum();
+            let rms = scale * (squares / middles.len() as f64).sqrt();
+            Some(RestScore {
+                channel: position.channel.clone(),
+                unit: position.unit,
+                sticks: middles.len(),
+                rms,
+                max: worst.abs(),
+                max_at,
+                relative: part(rms, position.size),
+            })
+        });
         let velocity = pass.velocity.as_ref();
         let repeating = pass.position.as_ref().or(velocity);
         Some(Score {

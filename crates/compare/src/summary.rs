@@ -238,11 +238,11 @@ impl Comparison {
 
     fn next(&self) -> Option<String> {
         let what = match (self.causes.first(), &self.unexplained) {
-            (Some(first), _) => advice(first.cause).to_owned(),
+            (Some(first), _) => first.cause.advice().to_owned(),
             (None, Some(unexplained)) if unexplained.too_few_samples && self.out_of_time.is_none() => {
                 "write more samples, and compare again".to_owned()
             }
-            (None, Some(_)) if self.within_an_interval().is_some() => advice(CauseKind::EventsLate).to_owned(),
+            (None, Some(_)) if self.within_an_interval().is_some() => CauseKind::EventsLate.advice().to_owned(),
             (
                 None,
                 Some(Unexplained {
@@ -265,33 +265,5 @@ impl Comparison {
         // A period would be part of a command.
         let end = if what.contains(": ") { "" } else { "." };
         Some(format!("Next: {what}{end}"))
-    }
-}
-
-/// Advice for each cause.
-fn advice(cause: CauseKind) -> &'static str {
-    match cause {
-        CauseKind::WrongUnits => "name the unit of the column (--column NAME=COLUMN:UNIT)",
-        CauseKind::AnotherCase => "run both with one case; -v lists the keys that differ",
-        CauseKind::UnperturbedRun => "apply the kick of the case, or compare with a reference without one",
-        CauseKind::UnresolvedMode | CauseKind::StepTooLarge => "take smaller steps, or write more samples",
-        CauseKind::VelocityTolerance => "declare a stick at a lower relative velocity",
-        CauseKind::StickTest => "test breakaway as the reference does (contact.breakaway_test, friction.breakaway)",
-        CauseKind::AbsoluteAngles => "integrate the twists instead of the angles",
-        CauseKind::AnotherParameter => "correct the value, and compare again",
-        CauseKind::AnotherKick => "apply the kick of the reference",
-        CauseKind::RegularisedLaw => "let the contact stick, or compare with a reference that has the smooth law",
-        CauseKind::EventsLate => "locate events within the step, or take smaller steps",
-        CauseKind::EventLate => "look at this event in your solver",
-        CauseKind::LowOrderMethod => "take smaller steps, or a method of higher order",
-        CauseKind::AnotherState => "begin in the state of the reference",
-        CauseKind::TimeOffset => "repeat with --time-offset auto",
-        CauseKind::ClockRate => "check the unit and the step of the times",
-        CauseKind::ChannelOffset => "subtract the constant from the column",
-        CauseKind::SwappedColumns => "assign the columns (--column NAME=COLUMN)",
-        CauseKind::RepeatedRows => "write every step once",
-        CauseKind::MovingAverage | CauseKind::LowPassFilter => "compare samples that are not filtered",
-        CauseKind::HalfStep => "write positions and speeds of the same time",
-        CauseKind::MissedBreakaway => "look for breakaway within the step, or take smaller steps",
     }
 }

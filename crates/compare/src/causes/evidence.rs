@@ -128,10 +128,8 @@ impl<'a> Evidence<'a> {
     /// The compared part of the samples, s.
     pub fn span(&self) -> (f64, f64) {
         let first = self.observation.and_then(|seen| seen.time.first().copied());
-        (
-            first.unwrap_or(self.begins).max(self.begins),
-            self.covered.1.min(self.end),
-        )
+        let from = first.unwrap_or(self.begins).max(self.begins);
+        (from, self.covered.1.min(self.end))
     }
 
     /// Time of the last of the first samples, s; infinite without samples.

@@ -20,7 +20,7 @@ const FLOOR: f64 = 1e-18;
 /// Two motions explain equally if their remaining squares differ by less than this factor.
 const AS_MUCH: f64 = 2.0;
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Judged {
     /// Part of the squared difference of candidate and reference that the motion removes.
     pub explained: f64,
@@ -72,13 +72,9 @@ impl Judged {
 
     pub fn far() -> Judged {
         Judged {
-            explained: 0.0,
             left: f64::INFINITY,
-            before: Agreement::default(),
-            after: Agreement::default(),
-            events: false,
             contradicted: true,
-            constant: false,
+            ..Judged::default()
         }
     }
 
@@ -215,11 +211,8 @@ impl Evidence<'_> {
         };
         let inside = |event: &&SequenceEvent| self.inside(event);
         let reference = self.reference.iter().filter(inside);
-        let same = word
-            .iter()
-            .zip(reference)
-            .take_while(|pair| off(*pair) <= least)
-            .count();
+        let same = word.iter().zip(reference).take_while(|pair| off(*pair) <= least);
+        let same = same.count();
         let pairs = word.iter().zip(events.iter().filter(inside)).take(same);
         pairs.filter(|pair| off(*pair) <= FARTHER * least).count() < same
     }
@@ -256,27 +249,30 @@ impl Evidence<'_> {
         // Found in the motion's samples, as the candidate's were: its relative velocity may follow from another drive, and
         // samples hide short motions.
         let found = self.detected.zip(self.observation).and_then(|(detection, seen)| {
-            let theirs = self
-                .found
-                .get_or_init(|| seen.found(&seen.values, detection, self.physics.sticks()));
-            Some((
-                theirs.as_ref()?,
-                seen.found(&played.values, detection, self.physics.sticks())?,
-            ))
+            let found = |motion| seen.found(motion, detection, self.physics.sticks());
+            let theirs = self.found.get_or_init(|| found(&seen.values));
+            Some((theirs.as_ref()?, found(&played.values)?))
         });
         if let Some((theirs, ours)) = found {
             let like = parameters::agreement(&covered(&ours), &covered(theirs), self.period);
             after = if like.cost < after.cost { like } else { after };
         }
-        let unmatched = (0.25 * self.period) * (0.25 * self.period);
-        let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
-        let (events_before, events_left) = (square(&before), square(&after));
-        let within = after.unmatched == 0 && after.max <= self.bound;
         let part = |left: f64, before: f64| match before > 0.0 {
             true => 1.0 - left / before,
             false => f64::NEG_INFINITY,
         };
-        let of_events = part(events_left, events_before);
+        let unmatched = (0.25 * self.period) * (0.25 * self.period);
+        let square = |a: &Agreement| a.rms * a.rms * a.matched as f64 + a.unmatched as f64 * unmatched;
+        let by_events = Judged {
+            explained: part(square(&after), square(&before)),
+            left: square(&after),
+            before,
+            after,
+            events: true,
+            contradicted: false,
+            constant: false,
+        };
+        let within = after.unmatched == 0 && after.max <= self.bound;
         Some(match self.observation.zip(left) {
             Some((observation, left)) => {
                 let explained = part(left, observation.left(&observation.reference, until));
@@ -285,23 +281,17 @@ impl Evidence<'_> {
                 Judged {
                     explained,
                     left,
-                    before,
-                    after,
                     events: within
-                        || of_events >= OF_EVENTS
+                        || by_events.explained >= OF_EVENTS
                         || self.detected.is_some() && explained >= 1.0 - ALL && after.cost <= 0.5 * before.cost,
                     contradicted: observation.contradicts(&played.values, self.least, until),
                     constant: part(constants, whole) >= EXPLAINED && constants <= AS_MUCH * left + FLOOR,
+                    ..by_events
                 }
             }
             None => Judged {
-                explained: of_events,
-                left: events_left,
-                before,
-                after,
-                events: true,
                 contradicted: self.contradicted(&word, &played.events),
-                constant: false,
+                ..by_events
             },
         })
     }

@@ -24,18 +24,22 @@ pub(crate) enum Scheme {
     ImplicitEuler,
 }
 
-/// Name, order (`None` for an exact scheme), and a Runge-Kutta tableau: coefficients, weights and nodes.
+/// Name, order, and a Runge-Kutta tableau: coefficients, weights and nodes. The solution itself has no tableau.
 type SchemeRow = (
     &'static str,
-    Option<i32>,
+    i32,
     &'static [&'static [f64]],
     &'static [f64],
     &'static [f64],
 );
 
+const CLASSICAL: [&[f64]; 4] = [&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]];
+const SIXTH: f64 = 1.0 / 6.0;
+const SIMPSON: [f64; 4] = [SIXTH, 2.0 * SIXTH, 2.0 * SIXTH, SIXTH];
+
 impl Scheme {
-    pub const ALL: [Scheme; 7] = [
-        Scheme::Exact,
+    /// All methods, which have an order.
+    pub const METHODS: [Scheme; 6] = [
         Scheme::RungeKutta,
         Scheme::Midpoint,
         Scheme::Trapezoid,
@@ -45,28 +49,20 @@ impl Scheme {
     ];
 
     fn row(self) -> SchemeRow {
-        const SIXTH: f64 = 1.0 / 6.0;
-        const CLASSICAL: [f64; 4] = [SIXTH, 2.0 * SIXTH, 2.0 * SIXTH, SIXTH];
         match self {
-            Scheme::Exact => ("an exact method", None, &[], &[], &[]),
+            Scheme::Exact => ("an exact method", 0, &[], &[], &[]),
             Scheme::RungeKutta => (
                 "the classical Runge-Kutta method",
-                Some(4),
-                &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]],
+                4,
                 &CLASSICAL,
+                &SIMPSON,
                 &[0.0, 0.5, 0.5, 1.0],
             ),
-            Scheme::Midpoint => ("the midpoint method", Some(2), &[&[], &[0.5]], &[0.0, 1.0], &[0.0, 0.5]),
-            Scheme::Trapezoid => (
-                "the trapezoidal rule",
-                Some(2),
-                &[&[], &[0.5, 0.5]],
-                &[0.5, 0.5],
-                &[0.0, 1.0],
-            ),
-            Scheme::SymplecticEuler => ("the semi-implicit Euler method", Some(1), &[&[]], &[1.0], &[0.0]),
-            Scheme::Euler => ("the explicit Euler method", Some(1), &[&[]], &[1.0], &[0.0]),
-            Scheme::ImplicitEuler => ("the implicit Euler method", Some(1), &[&[1.0]], &[1.0], &[1.0]),
+            Scheme::Midpoint => ("the midpoint method", 2, &[&[], &[0.5]], &[0.0, 1.0], &[0.0, 0.5]),
+            Scheme::Trapezoid => ("the trapezoidal rule", 2, &[&[], &[0.5, 0.5]], &[0.5, 0.5], &[0.0, 1.0]),
+            Scheme::SymplecticEuler => ("the semi-implicit Euler method", 1, &[&[]], &[1.0], &[0.0]),
+            Scheme::Euler => ("the explicit Euler method", 1, &[&[]], &[1.0], &[0.0]),
+            Scheme::ImplicitEuler => ("the implicit Euler method", 1, &[&[1.0]], &[1.0], &[1.0]),
         }
     }
 
@@ -74,12 +70,12 @@ impl Scheme {
         self.row().0
     }
 
-    pub fn order(self) -> Option<i32> {
+    pub fn order(self) -> i32 {
         self.row().1
     }
 
     pub fn is_low(self) -> bool {
-        self.order().is_some_and(|order| order < 4)
+        (1..4).contains(&self.order())
     }
 }
 
@@ -178,7 +174,7 @@ impl<'a> SteppedMotion<'a> {
 
     fn rates(&self, t: f64, y: &[f64], rates: &mut [f64]) {
         let (system, outside) = (self.physics.system(), self.course.outside(t));
-        let sense = f64::from(self.mode.sense());
+        let mut sense = f64::from(self.mode.sense());
         if self.smooth.is_some() || self.even && sense != 0.0 {
             system.rates(Mode::Separated, 0.0, 0, &outside, y, rates);
             let w = system.relative_velocity(&outside, y);
@@ -187,13 +183,10 @@ impl<'a> SteppedMotion<'a> {
                 .map_or(sense, |(shape, speed)| (SHAPES[shape].value)(w / speed));
             let share = system.law_in(w, system.piece_of(w)).coefficient(w.abs()) * sign;
             let torque = share * system.radius * outside.normal_force;
-            rates
-                .iter_mut()
-                .zip(system.interface_rates())
-                .for_each(|(rate, per)| *rate += torque * per);
+            let each = rates.iter_mut().zip(system.interface_rates());
+            each.for_each(|(rate, per)| *rate += torque * per);
             return;
         }
-        let mut sense = f64::from(self.mode.sense());
         let mut piece = 0;
         if self.mode.slides() {
             let w = system.relative_velocity(&outside, y);
@@ -252,7 +245,7 @@ impl<'a> SteppedMotion<'a> {
     fn step(&mut self, scheme: Scheme, h: f64) -> bool {
         let t = self.t;
         let (_, order, coefficients, weights, nodes) = scheme.row();
-        let arrived = order.is_some() || self.exact(t + h);
+        let arrived = order > 0 || self.exact(t + h);
         let mut stages = std::mem::take(&mut self.stages);
         stages.resize(weights.len() + 2, vec![0.0; self.y.len()]);
         let (spare, stages_of_step) = stages.split_at_mut(2);
@@ -481,18 +474,11 @@ impl Stepper {
             let grid = [n, n + 1].map(|n| from + n as f64 * self.step);
             motion.t = grid[0];
             for _ in 0..MOST_IN_STEP {
-                let next = kicks
-                    .first()
-                    .and_then(|kick| kick.time.at().copied())
-                    .filter(|time| *time <= grid[1]);
+                let next = kicks.first().and_then(|kick| kick.time.at().copied());
+                let next = next.filter(|time| *time <= grid[1]);
                 if self.part(&mut motion, next.unwrap_or(grid[1]), &mut rows, &mut events)? && next.is_some() {
-                    let kick = kicks.remove(0);
-                    system.kick(
-                        kick.on,
-                        kick.relative_velocity,
-                        motion.mode == Mode::Stick,
-                        &mut motion.y,
-                    );
+                    let (kick, is_stuck) = (kicks.remove(0), motion.mode == Mode::Stick);
+                    system.kick(kick.on, kick.relative_velocity, is_stuck, &mut motion.y);
                     motion.mode = mode(&motion)?;
                 }
                 if motion.t >= grid[1] {

@@ -53,16 +53,16 @@ impl Evidence<'_> {
         let longest = self
             .observation
             .map_or(f64::INFINITY, |seen| seen.interval.unwrap_or(seen.spacing));
-        let steppers = steppers.into_iter().filter(|stepper| stepper.step <= LONGER * longest);
-        let sides = |stepper: Stepper| if stepper.located { &[false][..] } else { &[false, true] };
-        let each = steppers.flat_map(|stepper| {
-            let sides = sides(stepper).iter();
-            sides.map(move |&shows_before| Stepper {
-                shows_before,
+        let mut possible = Vec::new();
+        for stepper in steppers.into_iter().filter(|stepper| stepper.step <= LONGER * longest) {
+            let other = Stepper {
+                shows_before: true,
                 ..stepper
-            })
-        });
-        each.collect()
+            };
+            possible.push(stepper);
+            possible.extend((!stepper.located).then_some(other));
+        }
+        possible
     }
 
     /// Variants of a solver by its handling of an event.
@@ -70,19 +70,15 @@ impl Evidence<'_> {
         let has_band = matches!(stepper.stop, Stop::Within(band) | Stop::Frozen(band) if band > 0.0);
         // The law in a step through zero matters if a step is long, or if a slip begins with a remaining speed.
         let matters = stepper.step * LONG > self.period || matches!(stepper.stop, Stop::Frozen(_));
-        let with_law = stepper.scheme.order().is_some() && matters;
-        let stricts = if has_band { &[false, true][..] } else { &[false] };
-        let evens = if with_law { &[false, true][..] } else { &[false] };
-        let each = stricts
-            .iter()
-            .flat_map(|&strict| evens.iter().map(move |&even| (strict, even)));
-        each.filter(|_| !stepper.located)
-            .map(|(strict, even)| Stepper {
-                strict,
-                even,
-                ..stepper
-            })
-            .collect()
+        let with_law = stepper.scheme != Scheme::Exact && matters;
+        let each = [(false, false), (false, true), (true, false), (true, true)].into_iter();
+        let possible = each.filter(|(strict, even)| (has_band || !strict) && (with_law || !even) && !stepper.located);
+        let variant = |(strict, even)| Stepper {
+            strict,
+            even,
+            ..stepper
+        };
+        possible.map(variant).collect()
     }
 
     fn stepped(&self, stepper: &Stepper, rows: usize) -> Option<Played> {
@@ -116,15 +112,10 @@ impl Evidence<'_> {
     /// The longest step of which the candidate's event times, counted from its start, are multiples, s.
     fn grid_of_events(&self) -> Option<f64> {
         let (from, _) = self.origin.as_ref()?;
-        let times: Vec<f64> = self
-            .word
-            .iter()
-            .map(|event| event.time - from)
-            .filter(|time| *time > 0.0)
-            .collect();
-        let first = *times
-            .first()
-            .filter(|_| times.len() >= FEWEST_EVENTS && self.detected.is_none())?;
+        let times = self.word.iter().map(|event| event.time - from);
+        let times: Vec<f64> = times.filter(|time| *time > 0.0).collect();
+        let are_many = times.len() >= FEWEST_EVENTS && self.detected.is_none();
+        let first = *times.first().filter(|_| are_many)?;
         let is_step = |step: &f64| {
             let off = |time: &f64| (time / step - (time / step).round()).abs();
             times.iter().all(|time| off(time) <= OFF)
@@ -133,10 +124,8 @@ impl Evidence<'_> {
     }
 
     fn lengths(&self) -> Vec<f64> {
-        let of_samples = self
-            .interval()
-            .into_iter()
-            .flat_map(|interval| PARTS.map(|parts| interval / parts));
+        let interval = self.interval().into_iter();
+        let of_samples = interval.flat_map(|interval| PARTS.map(|parts| interval / parts));
         let mut lengths: Vec<f64> = of_samples.chain(self.grid_of_events()).collect();
         lengths.sort_by(f64::total_cmp);
         lengths.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
@@ -145,11 +134,8 @@ impl Evidence<'_> {
 
     /// The steps at which the error of a method is most like the candidate's difference.
     fn length_of(&self, scheme: Scheme, located: bool) -> Vec<f64> {
-        let Some(order) = scheme.order() else { return Vec::new() };
-        let begin = self
-            .interval()
-            .map_or(f64::INFINITY, |interval| interval)
-            .min(self.period / fine(order));
+        let order = scheme.order();
+        let begin = self.interval().unwrap_or(f64::INFINITY).min(self.period / fine(order));
         let window = self.window(&self.reference());
         let play = |step: f64, _: f64| self.stepped(&Stepper::new(scheme, located, step), window);
         let Some(step) = self.projected(begin, order, &play) else {
@@ -159,14 +145,10 @@ impl Evidence<'_> {
             return vec![step];
         };
         // Most solvers take a whole number of steps in an interval of samples.
-        let parts = [(interval / step).floor(), (interval / step).ceil()];
-        let near = parts
-            .into_iter()
-            .filter(|parts| *parts >= 1.0)
-            .map(|parts| interval / parts);
-        let mut near: Vec<f64> = near
-            .filter(|whole| (whole / step - 1.0).abs() <= WHOLE || *whole > 0.5 * step)
-            .collect();
+        let parts = [(interval / step).floor(), (interval / step).ceil()].into_iter();
+        let whole = parts.filter(|parts| *parts >= 1.0).map(|parts| interval / parts);
+        let is_near = |whole: &f64| (whole / step - 1.0).abs() <= WHOLE || *whole > 0.5 * step;
+        let mut near: Vec<f64> = whole.filter(is_near).collect();
         near.push(step);
         near.dedup();
         near
@@ -181,13 +163,8 @@ impl Evidence<'_> {
     }
 
     fn steppers(&self, tolerances: &[f64], breakaway: Option<f64>) -> Vec<Stepper> {
-        let of_tolerances = tolerances
-            .iter()
-            .flat_map(|&speed| [Stop::Within(speed), Stop::Frozen(speed)]);
-        let stops: Vec<Stop> = [Stop::Sign, Stop::Frozen(0.0)]
-            .into_iter()
-            .chain(of_tolerances)
-            .collect();
+        let mut stops = vec![Stop::Sign, Stop::Frozen(0.0)];
+        stops.extend(bands(tolerances));
         let plain = self.with_stops(&self.lengths(), &[Stop::Sign]);
         let late_slips = plain.iter().map(|stepper| Stepper {
             located: true,
@@ -212,19 +189,12 @@ impl Evidence<'_> {
         let largest = SLOW * self.physics.speed();
         let power = 10f64.powf(largest.log10().floor());
         let digits = (0..DECADES).flat_map(|decade| USUAL.map(|digit| digit * power * 0.1f64.powi(decade)));
-        let bands = digits.filter(|band| *band <= largest);
-        let stops: Vec<Stop> = bands
-            .flat_map(|band| [Stop::Within(band), Stop::Frozen(band)])
-            .collect();
-        self.possible(self.with_stops(&lengths, &stops))
+        let speeds: Vec<f64> = digits.filter(|band| *band <= largest).collect();
+        self.possible(self.with_stops(&lengths, &bands(&speeds)))
     }
 
     fn methods(&self) -> Vec<Stepper> {
-        let methods: Vec<(Scheme, bool)> = Scheme::ALL
-            .into_iter()
-            .filter(|scheme| scheme.order().is_some())
-            .flat_map(|scheme| [false, true].map(|located| (scheme, located)))
-            .collect();
+        let methods = Scheme::METHODS.map(|scheme| [(scheme, false), (scheme, true)]).concat();
         let lengths = self.lengths();
         let found = over_processors(methods.len(), &|| false, |k| {
             let (scheme, located) = methods[k];
@@ -254,13 +224,9 @@ impl Evidence<'_> {
             let mut near = self.reference.iter().filter(|event| event.kind == EventKind::Stick);
             near.any(|event| event.time > time && event.time - time < NEAR * self.period)
         };
-        let early: Vec<f64> = sticks
-            .map(|event| event.time)
-            .filter(|time| close(*time))
-            .take(STICKS)
-            .collect();
+        let early = sticks.map(|event| event.time).filter(|time| close(*time)).take(STICKS);
         let is_shown = |speed: &f64| is_band(self.physics, *speed);
-        let speeds: Vec<f64> = early.into_iter().filter_map(at).filter(is_shown).collect();
+        let speeds: Vec<f64> = early.filter_map(at).filter(is_shown).collect();
         // A stick declared at the end of a step shows less than the tolerance then, or after it if the surfaces keep
         // moving.
         let shown: Vec<[f64; 2]> = self.observation.map_or_else(Vec::new, |seen| {
@@ -292,6 +258,12 @@ const CLOSEST_STEPPERS: usize = 8;
 const CLOSEST_VARIANTS: usize = 64;
 /// Number of parameters that are tried together with steps.
 const CLOSEST: usize = 2;
+
+fn bands(speeds: &[f64]) -> Vec<Stop> {
+    let each = speeds.iter();
+    each.flat_map(|&speed| [Stop::Within(speed), Stop::Frozen(speed)])
+        .collect()
+}
 
 impl From<Stepper> for SteppingSolver {
     fn from(stepper: Stepper) -> SteppingSolver {
