@@ -7,7 +7,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{GapPolynomial, Physics, Walk};
+use super::reference::{Physics, Walk};
 use super::states::ErrorSum;
 use serde::Serialize;
 use std::borrow::Cow;
@@ -60,9 +60,8 @@ struct Impulse {
 
 #[derive(Debug)]
 pub(super) struct ImpulsePass<'a> {
+    /// Through the forces, in the order of their impulses.
     walk: Walk<'a>,
-    forces: Vec<Channel>,
-    curves: Vec<GapPolynomial>,
     impulses: Vec<Impulse>,
     span: Option<(f64, f64)>,
     ended: bool,
@@ -71,7 +70,7 @@ pub(super) struct ImpulsePass<'a> {
 impl<'a> ImpulsePass<'a> {
     pub fn new(
         channels: &[Channel],
-        walk: impl FnOnce() -> Result<Walk<'a>, ResultError>,
+        walk: impl FnOnce(&[Channel]) -> Result<Walk<'a>, ResultError>,
     ) -> Result<Option<Self>, ResultError> {
         let found = channels.iter().enumerate().filter_map(|(column, &channel)| {
             let (_, force) = Channel::IMPULSES.iter().find(|(impulse, _)| *impulse == channel)?;
@@ -92,9 +91,7 @@ impl<'a> ImpulsePass<'a> {
             return Ok(None);
         }
         Ok(Some(ImpulsePass {
-            walk: walk()?,
-            forces,
-            curves: Vec::new(),
+            walk: walk(&forces)?,
             impulses,
             span: None,
             ended: false,
@@ -139,12 +136,12 @@ impl<'a> ImpulsePass<'a> {
             let Some((left, right, _)) = self.walk.at(from.next_up())? else {
                 return Ok(false);
             };
-            if self.walk.curves(&self.forces, &mut self.curves) != Some(true) || right <= from {
+            if !self.walk.expand() || right <= from {
                 return Ok(false);
             }
             let (end, width) = (right.min(to), right - left);
             let part = |time: f64| ((time - left) / width).clamp(0.0, 1.0);
-            for (impulse, curve) in self.impulses.iter_mut().zip(&self.curves) {
+            for (impulse, curve) in self.impulses.iter_mut().zip(&self.walk.curves) {
                 impulse.sum += width * curve.integral(part(from), part(end));
             }
             from = end;

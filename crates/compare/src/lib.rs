@@ -674,8 +674,10 @@ impl Reference {
         // Impulses are last, because they are compared separately.
         channels.sort_by_key(|channel| channel.is_impulse());
         let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
-        let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
-        let mut pass = StatePass::new([self.walk()?, self.walk()?], physics, &channels[..compared], windows);
+        let mut impulses = ImpulsePass::new(&channels, |forces| self.walk(forces))?;
+        let compared = &channels[..compared];
+        let walks = [self.walk(compared)?, self.walk(compared)?];
+        let mut pass = StatePass::new(walks, physics, compared, windows);
         let (state_columns, mut y) = (physics.columns(&channels), vec![0.0; physics.system().dimension]);
         let mut range = position.and_then(|(channel, (from, to))| {
             let column = channels.iter().position(|known| *known == channel)?;

@@ -69,19 +69,16 @@ impl<'a> Locator<'a> {
         threshold: f64,
         breaks: Vec<f64>,
     ) -> Option<Locator<'a>> {
-        physics
-            .state
-            .iter()
-            .all(|&channel| candidate.has(channel))
-            .then(|| Locator {
-                physics,
-                candidate,
-                course: physics.course(),
-                threshold,
-                breaks,
-                rows: VecDeque::with_capacity(KEPT),
-                left: MOST_EXPANSIONS,
-            })
+        let is_whole = physics.state.iter().all(|&channel| candidate.has(channel));
+        is_whole.then(|| Locator {
+            physics,
+            candidate,
+            course: physics.course(),
+            threshold,
+            breaks,
+            rows: VecDeque::with_capacity(KEPT),
+            left: MOST_EXPANSIONS,
+        })
     }
 
     /// Takes the next sample: time (s), and the channels of [`Physics::state`].
@@ -114,12 +111,7 @@ impl<'a> Locator<'a> {
         // Because of rounding or the tolerance, the last sample at rest may be after a breakaway.
         for before in [Some(before), before.checked_sub(1)].into_iter().flatten() {
             if let Some(located) = self.between(found, before, behind, clock)
-                && located.bound
-                    < if located.agrees {
-                        AS_GOOD * found.bound
-                    } else {
-                        found.bound
-                    }
+                && located.bound < found.bound * if located.agrees { AS_GOOD } else { 1.0 }
                 && (located.time - found.time).abs() <= found.bound + located.bound
             {
                 (found.time, found.bound) = (located.time, located.bound);
@@ -185,21 +177,18 @@ impl<'a> Locator<'a> {
         let sizes = self.course.sizes().to_vec();
         let places = self.physics.places.clone();
         let error = |k: usize, y: &[f64]| self.candidate.rounding_of(self.physics.state[k], y[places[k]]);
-        let errors: Vec<(f64, f64)> = (0..places.len())
-            .map(|k| (error(k, &from.1), error(k, &to.1)))
-            .collect();
-        let mut limits: Vec<f64> = (0..places.len())
-            .map(|k| {
-                let (place, of_sample) = (places[k], errors[k].1);
-                let of_clock = (later[place] - arrived[place]).abs();
-                of_clock + of_sample + ROUNDING * (sizes[place] + to.1[place].abs())
-            })
-            .collect();
+        let limit = |k: usize| {
+            let (place, of_sample) = (places[k], error(k, &to.1));
+            let of_clock = (later[place] - arrived[place]).abs();
+            of_clock + of_sample + ROUNDING * (sizes[place] + to.1[place].abs())
+        };
+        let mut limits: Vec<f64> = (0..places.len()).map(limit).collect();
+        let errors: Vec<f64> = (0..places.len()).map(|k| error(k, &from.1)).collect();
         let of_reference = OF_REFERENCE * self.physics.natural_period();
         let mut of_guard = clock + of_reference + 4.0 * f64::EPSILON * time.abs();
         for (k, &place) in places.iter().enumerate() {
             let size = sizes[place] + from.1[place].abs();
-            let (error, step) = (errors[k].0, errors[k].0.max(MOVED * size));
+            let (error, step) = (errors[k], errors[k].max(MOVED * size));
             if error <= ROUNDING * size {
                 continue;
             }
@@ -249,14 +238,10 @@ impl<'a> Locator<'a> {
     ) -> f64 {
         let (mut moved, mut reached) = (range, true);
         for _ in 0..MOST_TRIALS {
-            let mut other = y.to_vec();
-            let there = self.course.go(
-                switch.mode,
-                (time, time + moved),
-                &mut other,
-                MOST_STEPS,
-                &mut |_, _| {},
-            );
+            let (mut other, span) = (y.to_vec(), (time, time + moved));
+            let there = self
+                .course
+                .go(switch.mode, span, &mut other, MOST_STEPS, &mut |_, _| {});
             let arrival = self.arrival(switch, (time + moved, &other), to).filter(|_| there);
             let Some(arrival) = arrival else {
                 // The law ends, or changes over a shorter time, on the other side of rest.

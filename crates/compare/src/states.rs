@@ -6,7 +6,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{GapPolynomial, Physics, Walk};
+use super::reference::{Physics, Walk};
 use serde::Serialize;
 use std::ops::Range;
 use stickslip_files::ResultError;
@@ -182,18 +182,11 @@ impl SamplePart {
     }
 }
 
-/// A walk through the reference, with the channels in the present gap.
-#[derive(Debug)]
-struct Beside<'a> {
-    walk: Walk<'a>,
-    curves: Vec<GapPolynomial>,
-}
-
-impl Beside<'_> {
+impl Walk<'_> {
     /// Compares rows of a block with the reference at their times less a shift, s.
     fn compare(
         &mut self,
-        (channels, scales): (&[Channel], &[f64]),
+        scales: &[f64],
         (block, rows): (&Block, Range<usize>),
         shift: f64,
         part: &mut SamplePart,
@@ -202,7 +195,7 @@ impl Beside<'_> {
         let time = &block.time[..rows.end];
         let mut i = rows.start;
         while i < rows.end {
-            let Some((left, right, closes)) = self.walk.at(time[i] - shift)? else {
+            let Some((left, right, closes)) = self.at(time[i] - shift)? else {
                 part.outside += 1;
                 i += 1;
                 continue;
@@ -217,17 +210,17 @@ impl Beside<'_> {
                     continue;
                 }
             }
-            let sound = self.walk.curves(channels, &mut self.curves).unwrap_or(false);
-            self.run(scales, (block, i..i + count), shift, (left, right), sound, part);
+            let sound = self.expand();
+            self.compare_inside(scales, (block, i..i + count), shift, (left, right), sound, part);
             if let Some(grid) = &mut grid {
-                grid.look(channels, block, i..i + count, self.walk.rotor_angle());
+                grid.look(self.channels(), block, i..i + count, self.rotor_angle());
             }
             i += count;
         }
         Ok(())
     }
 
-    fn run(
+    fn compare_inside(
         &self,
         scales: &[f64],
         (block, rows): (&Block, Range<usize>),
@@ -268,7 +261,7 @@ impl Beside<'_> {
 #[derive(Debug)]
 pub(crate) struct StatePass<'a> {
     /// Timed from the last matched event, and at the candidate's own times.
-    beside: [Beside<'a>; 2],
+    walks: [Walk<'a>; 2],
     pub channels: Vec<Channel>,
     windows: Vec<Window>,
     window: usize,
@@ -291,10 +284,7 @@ impl<'a> StatePass<'a> {
             ..SamplePart::default()
         };
         StatePass {
-            beside: walks.map(|walk| Beside {
-                walk,
-                curves: Vec::new(),
-            }),
+            walks,
             channels: channels.to_vec(),
             windows,
             window: 0,
@@ -325,20 +315,20 @@ impl<'a> StatePass<'a> {
             }
             let end = i + time[i..].partition_point(|&t| t < window.to);
             let (phase, shift) = (window.phase as usize, window.shift);
-            let of = (&self.channels[..], &self.scales[phase][..]);
-            let ([shifted, same], part) = (&mut self.beside, &mut self.parts[phase]);
+            let scales = &self.scales[phase][..];
+            let ([shifted, same], part) = (&mut self.walks, &mut self.parts[phase]);
             if window.phase == Phase::Apart {
-                same.compare(of, (block, i..end), 0.0, part, None)?;
+                same.compare(scales, (block, i..end), 0.0, part, None)?;
             } else if shift == 0.0 {
-                shifted.compare(of, (block, i..end), 0.0, part, Some(&mut self.grid))?;
+                shifted.compare(scales, (block, i..end), 0.0, part, Some(&mut self.grid))?;
             } else {
                 let [by_event, by_time] = &mut self.present;
-                shifted.compare(of, (block, i..end), shift, by_event, Some(&mut self.grid))?;
+                shifted.compare(scales, (block, i..end), shift, by_event, Some(&mut self.grid))?;
                 // Where both runs are in the segment.
                 let (from, to) = (window.from.max(window.from - shift), window.to.min(window.to - shift));
                 let first = i + time[i..end].partition_point(|&t| t <= from);
                 let last = first.max(i + time[i..end].partition_point(|&t| t < to));
-                same.compare(of, (block, first..last), 0.0, by_time, None)?;
+                same.compare(scales, (block, first..last), 0.0, by_time, None)?;
                 by_time.outside += (end - i - (last - first)) as u64;
             }
             i = end;
@@ -388,7 +378,7 @@ impl<'a> StatePass<'a> {
     }
 
     pub fn integrated(&self) -> bool {
-        self.beside.iter().any(|beside| beside.walk.integrated)
+        self.walks.iter().any(|walk| walk.integrated)
     }
 }
 

@@ -1,6 +1,6 @@
 //! A run as a function of time: its dense output if there is some, else the equations of motion between its samples.
 
-use super::reference::{GapPolynomial, Walk};
+use super::reference::Walk;
 use super::{Channel, CompareError, Reference};
 use stickslip_files::{DenseOutput, EventSide, ResultError};
 
@@ -25,8 +25,6 @@ enum TrajectorySource<'a> {
 #[derive(Debug)]
 pub(crate) struct Evaluator<'a> {
     walk: Walk<'a>,
-    channels: Vec<Channel>,
-    curves: Vec<GapPolynomial>,
     gap: Option<(f64, f64)>,
     sound: bool,
 }
@@ -91,16 +89,14 @@ impl Reference {
 
     pub(super) fn evaluator(&self, channels: &[Channel]) -> Result<Evaluator<'_>, CompareError> {
         Ok(Evaluator {
-            walk: self.walk()?,
-            channels: channels.to_vec(),
-            curves: Vec::new(),
+            walk: self.walk(channels)?,
             gap: None,
             sound: false,
         })
     }
 
-    pub(super) fn walk(&self) -> Result<Walk<'_>, ResultError> {
-        Walk::new(&self.file, &self.physics, &self.rerun, &self.events)
+    pub(super) fn walk(&self, channels: &[Channel]) -> Result<Walk<'_>, ResultError> {
+        Walk::new(&self.file, &self.physics, &self.rerun, &self.events, channels)
     }
 }
 
@@ -119,7 +115,7 @@ impl Trajectory<'_> {
             TrajectorySource::Equations(evaluator) => evaluator,
         };
         let axial = self.reference.physics.course.axial();
-        let mut values = vec![0.0; evaluator.channels.len()];
+        let mut values = vec![0.0; evaluator.walk.channels().len()];
         let mut block = vec![Vec::with_capacity(times.len()); self.columns.len()];
         for &time in times {
             if !evaluator.known_at(time, &mut values)? {
@@ -183,13 +179,13 @@ impl Evaluator<'_> {
     pub(super) fn known_at(&mut self, time: f64, values: &mut [f64]) -> Result<bool, ResultError> {
         if self.gap.is_none_or(|(_, to)| time > to) {
             self.gap = self.walk.at(time)?.map(|(from, to, _)| (from, to));
-            self.sound = self.gap.is_some() && self.walk.curves(&self.channels, &mut self.curves).unwrap_or(false);
+            self.sound = self.gap.is_some() && self.walk.expand();
         }
         let Some((from, to)) = self.gap.filter(|&(from, to)| self.sound || time == from || time == to) else {
             return Ok(false);
         };
         let part = if to > from { (time - from) / (to - from) } else { 0.0 };
-        for (value, curve) in values.iter_mut().zip(&self.curves) {
+        for (value, curve) in values.iter_mut().zip(&self.walk.curves) {
             *value = curve.at(part);
         }
         Ok(true)

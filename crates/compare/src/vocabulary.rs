@@ -212,10 +212,8 @@ impl Vocabulary {
         }
         // A name belongs to one channel, and z in a result file is the axial displacement.
         let axial = entries.iter().any(|entry| entry.channel == Channel::Recorded("z"));
-        for entry in entries
-            .iter_mut()
-            .filter(|entry| axial && entry.channel == Channel::Deflection)
-        {
+        let mut deflection = entries.iter_mut().filter(|entry| entry.channel == Channel::Deflection);
+        if let Some(entry) = deflection.next().filter(|_| axial) {
             entry.names.retain(|name| name != "z");
         }
         Vocabulary {
@@ -268,12 +266,8 @@ impl Vocabulary {
 
     /// Whether result files have a channel, or an equal one, under this name.
     pub(super) fn is_own_name(&self, channel: Channel, name: &str) -> bool {
-        let mut same = self
-            .same
-            .iter()
-            .filter(|(_, one)| *one == channel)
-            .map(|(other, _)| *other);
-        channel.name() == name || same.any(|other| other.name() == name)
+        let mut same = self.same.iter().filter(|(_, one)| *one == channel);
+        channel.name() == name || same.any(|(other, _)| other.name() == name)
     }
 
     pub(crate) fn names(&self, channel: Channel) -> &[String] {
@@ -320,10 +314,8 @@ impl Vocabulary {
                 columns.extend(entry.and_then(|entry| entry.form.as_ref()).map(|form| (index, form)));
             }
         }
-        let rows = self.entries.iter().filter_map(|entry| entry.form.as_ref());
-        let rows = rows
-            .flat_map(|form| form.terms.iter().map(|&(index, _)| index + 1))
-            .max()?;
+        let forms = self.entries.iter().filter_map(|entry| entry.form.as_ref());
+        let rows = forms.flat_map(|form| &form.terms).map(|(index, _)| index + 1).max()?;
         let width = columns.len();
         let mut matrix = vec![vec![0.0; width + 1]; rows];
         for (column, of) in columns.iter().map(|(_, form)| *form).chain([form]).enumerate() {
@@ -385,10 +377,8 @@ fn names(channel: Channel, short: bool) -> Vec<String> {
     // With any number of inertias and shafts, these letters are ambiguous.
     let letters = ["u", "u_dot", "v", "v_dot", "twist", "twist_rate", "omega"];
     let aliases = channel.aliases().filter(|alias| short || !letters.contains(alias));
-    std::iter::once(own)
-        .chain(aliases.map(str::to_owned))
-        .chain(linear)
-        .collect()
+    let aliases = aliases.map(str::to_owned);
+    std::iter::once(own).chain(aliases).chain(linear).collect()
 }
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
@@ -470,10 +460,10 @@ impl Channel {
             Channel::TwistRate(_) | Channel::Speed(_) => Dimension::AngularVelocity,
             Channel::NormalImpulse => Dimension::Impulse,
             Channel::FrictionImpulse => Dimension::AngularImpulse,
-            _ => self
-                .recorded()
-                .and_then(|channel| Dimension::of_udunits(channel.unit))
-                .unwrap_or(Dimension::Angle),
+            _ => {
+                let unit = self.recorded().map(|channel| channel.unit);
+                unit.and_then(Dimension::of_udunits).unwrap_or(Dimension::Angle)
+            }
         }
     }
 

@@ -382,9 +382,8 @@ impl Candidate {
     /// The coarsest rounding, relative to the values, of the columns behind `channels`; `None` for doubles.
     pub fn coarsest(&self, channels: &[Channel]) -> Option<Rounding> {
         let known = self.supplies.iter().filter(|supply| channels.contains(&supply.channel));
-        let columns = known
-            .flat_map(Supply::columns)
-            .filter_map(|column| self.digital.get(column));
+        let columns = known.flat_map(Supply::columns);
+        let columns = columns.filter_map(|column| self.digital.get(column));
         let part = |digital: &&Digital| digital.error(digital.largest) / digital.largest;
         let rounded = columns.filter(|digital| digital.rounding.is_some());
         rounded.max_by(|a, b| part(a).total_cmp(&part(b)))?.rounding
@@ -394,11 +393,8 @@ impl Candidate {
         let remedy = "give a time series to compare states";
         let none = || CompareError::whole(&self.path, "has events but no samples", remedy);
         let table = self.table.as_ref().ok_or_else(none)?;
-        let supplies = channels
-            .iter()
-            .filter_map(|&channel| self.supply(channel).cloned())
-            .collect();
-        Rows::new(table, &self.columns, &self.clock, supplies, physics)
+        let supplies = channels.iter().filter_map(|&channel| self.supply(channel).cloned());
+        Rows::new(table, &self.columns, &self.clock, supplies.collect(), physics)
     }
 }
 

@@ -122,10 +122,9 @@ pub(super) fn npz_table(source: &CandidateSource) -> Result<CandidateTable, Comp
         });
         arrays.push(TableArray {
             name,
-            values: if element.is_text() {
-                ArrayValues::Texts
-            } else {
-                ArrayValues::Numbers
+            values: match element.is_text() {
+                true => ArrayValues::Texts,
+                false => ArrayValues::Numbers,
             },
             shape: Some(shape),
             fortran: header.fortran,
@@ -135,9 +134,8 @@ pub(super) fn npz_table(source: &CandidateSource) -> Result<CandidateTable, Comp
         let first = left_out
             .first()
             .map(|one| format!(": {} {}", shown(&one.name), one.why));
-        return Err(damaged(
-            "holds no array of numbers".to_owned() + &first.unwrap_or_default(),
-        ));
+        let what = "holds no array of numbers".to_owned();
+        return Err(damaged(what + &first.unwrap_or_default()));
     }
     let path = path.to_owned();
     Ok(CandidateTable {
@@ -182,11 +180,8 @@ impl ArrayReader for NpzReader {
         }
         let mut raw = vec![0; count * element.bytes];
         file.read_at(*start, &mut raw).map_err(CompareError::io(&self.path))?;
-        Ok(Some(
-            raw.chunks_exact(element.bytes.max(1))
-                .map(|text| element.text(text))
-                .collect(),
-        ))
+        let texts = raw.chunks_exact(element.bytes.max(1));
+        Ok(Some(texts.map(|text| element.text(text)).collect()))
     }
 }
 
@@ -214,11 +209,8 @@ impl NpzColumn<'_> {
             self.bytes.resize((rows - 1) * step + size, 0);
             let read = self.array.file.read_at(self.next, &mut self.bytes);
             read.map_err(|error| {
-                let (what, remedy) = (
-                    format!("ends too early ({error})"),
-                    "the file was cut off: write it again",
-                );
-                CompareError::content(self.path, self.name.as_str(), what, remedy)
+                let what = format!("ends too early ({error})");
+                CompareError::content(self.path, &*self.name, what, "the file was cut off: write it again")
             })?;
             column.extend((0..rows).map(|k| element.value(&self.bytes[k * step..k * step + size])));
             self.next += (rows * step) as u64;
@@ -247,21 +239,17 @@ impl NpyHeader {
         const CUT: &str = "ends within its header";
         let versioned = start.strip_prefix(b"\x93NUMPY").ok_or("is no array of NumPy")?;
         let (version, sized) = versioned.split_first_chunk().ok_or(CUT)?;
-        let (length, text) = match version {
-            [1, 0] => sized
-                .split_first_chunk()
-                .map(|(length, text)| (u16::from_le_bytes(*length).into(), text)),
-            [2 | 3, 0] => sized
-                .split_first_chunk()
-                .map(|(length, text)| (u32::from_le_bytes(*length), text)),
+        let bytes = match version {
+            [1, 0] => 2,
+            [2 | 3, 0] => 4,
             [major, minor] => {
-                return Err(format!(
-                    "is of version {major}.{minor} of NumPy's format, not of 1.0, 2.0 or 3.0"
-                ));
+                let why = format!("is of version {major}.{minor} of NumPy's format, not of 1.0, 2.0 or 3.0");
+                return Err(why);
             }
-        }
-        .ok_or(CUT)?;
-        let (length, front) = (length as usize, start.len() - text.len());
+        };
+        let (length, text) = sized.split_at_checked(bytes).ok_or(CUT)?;
+        let length = length.iter().rev().fold(0, |sum, &byte| 256 * sum + usize::from(byte));
+        let front = start.len() - text.len();
         if length > LONGEST_HEADER - front {
             return Err(format!("says that its header has {length} bytes, more than 1 MB"));
         }
@@ -449,15 +437,13 @@ impl Element {
             let text = raw.split(|&byte| byte == 0).next().unwrap_or_default();
             return String::from_utf8_lossy(text).into_owned();
         }
-        let code = |c: &[u8]| {
-            let c = [c[0], c[1], c[2], c[3]];
-            if self.big {
-                u32::from_be_bytes(c)
-            } else {
-                u32::from_le_bytes(c)
-            }
+        let (letters, _) = raw.as_chunks::<4>();
+        let code = if self.big {
+            u32::from_be_bytes
+        } else {
+            u32::from_le_bytes
         };
-        let codes = raw.chunks_exact(4).map(code).take_while(|&c| c != 0);
+        let codes = letters.iter().map(|letter| code(*letter)).take_while(|&c| c != 0);
         codes.filter_map(char::from_u32).collect()
     }
 }

@@ -133,13 +133,8 @@ impl CandidateTable {
             true => array.name.rsplit('/').next().unwrap_or_default(),
             false => &array.name,
         };
-        fn words(name: &str) -> impl Iterator<Item = u8> + '_ {
-            let words = name.split_ascii_whitespace();
-            words
-                .flat_map(|word| word.bytes().chain([b' ']))
-                .map(|byte| byte.to_ascii_lowercase())
-        }
-        words(known).eq(words(self.plain(name)))
+        let words = |name: &str| name.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
+        words(known).eq_ignore_ascii_case(&words(self.plain(name)))
     }
 
     /// The array with a name, which may differ in case.
@@ -191,15 +186,16 @@ impl CandidateTable {
             let remedy = "name an array of numbers";
             return Err(CompareError::content(&self.path, name, "is an array of texts", remedy));
         }
-        let shape = self
-            .find(slice_of(name).0, is_number)
-            .and_then(|k| self.arrays[k].shape.as_ref());
-        Err(shape.map_or_else(
-            || self.absent(name),
-            |shape| {
-                let what = format!("is of shape {shape:?}, not a column");
-                CompareError::content(&self.path, name, what, "name a slice of it, such as y[2]")
-            },
+        let array = self.find(slice_of(name).0, is_number);
+        let Some(shape) = array.and_then(|k| self.arrays[k].shape.as_ref()) else {
+            return Err(self.absent(name));
+        };
+        let what = format!("is of shape {shape:?}, not a column");
+        Err(CompareError::content(
+            &self.path,
+            name,
+            what,
+            "name a slice of it, such as y[2]",
         ))
     }
 
@@ -259,10 +255,8 @@ impl CandidateTable {
             false => self.is_near(array, array_name),
         };
         let named = self.arrays.iter().filter(|array| is_number(array)).filter(is_it);
-        let mut found: Vec<String> = named
-            .map(|array| array.name.clone() + &name[array_name.len()..])
-            .collect();
-        found.retain(|name| self.has(name));
+        let found = named.map(|array| array.name.clone() + &name[array_name.len()..]);
+        let mut found: Vec<String> = found.filter(|name| self.has(name)).collect();
         if self.by_path && found.len() > 1 {
             found.clear();
         }
@@ -347,22 +341,16 @@ impl CandidateTable {
             return Some(known.clone());
         }
         let ends = |known: &&TableArray| self.by_path && known.is_listed() && self.is_near(known, array);
-        let paths: Vec<_> = self
-            .arrays
-            .iter()
-            .filter(ends)
-            .map(|known| shown(&known.name))
-            .collect();
+        let paths = self.arrays.iter().filter(ends);
+        let paths: Vec<_> = paths.map(|known| shown(&known.name)).collect();
         if paths.len() > 1 {
             let why = format!("is the last part of several paths, {}", paths.join(", "));
             return Some(of(why, "name one of them in a mapping or with --column"));
         }
         let known = self.find(array, |array| array.values == ArrayValues::Numbers);
         let Some(shape) = known.and_then(|k| self.arrays[k].shape.as_ref()) else {
-            let texts = self
-                .has_texts(name)
-                .then(|| of("holds texts".to_owned(), "save numbers"));
-            return texts;
+            let is_text = self.has_texts(name);
+            return is_text.then(|| of("holds texts".to_owned(), "save numbers"));
         };
         if shape.is_empty() {
             return Some(of("is a single number".to_owned(), "give a value for each row"));

@@ -216,7 +216,7 @@ fn shifted(search: &Search<'_>, add: f64) -> Option<Played> {
     let evidence = search.evidence;
     let mut values = Vec::new();
     if let Some(observation) = evidence.observation {
-        values = observation.reference_at(search.reference.walk().ok()?, add).ok()?;
+        values = observation.reference_at(search.reference, add).ok()?;
         observation.complete(&mut values, evidence.physics, &evidence.physics.course, add);
     }
     let events = moved(&search.reference.word, |time| time - add);

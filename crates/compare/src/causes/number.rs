@@ -378,10 +378,10 @@ fn by_landmarks(evidence: &Evidence<'_>, unknown: &Unknown, start: usize, guess:
 /// closer to the candidate.
 pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
     const STEPS: usize = 3;
-    let known = tried
-        .cause
-        .parameters()
-        .filter(|known| !known.errors.is_empty() && tried.judged.is_cause())?;
+    let known = tried.cause.parameters().filter(|known| !known.errors.is_empty())?;
+    if !tried.judged.is_cause() {
+        return None;
+    }
     let seen = evidence.observation?;
     let rows = seen.time.partition_point(|time| *time <= evidence.covered.1);
     let with = |values: &[f64]| -> Numbers {
@@ -405,20 +405,16 @@ pub(crate) fn refined(evidence: &Evidence<'_>, tried: &Tried) -> Option<Tried> {
             let changes = || moved.iter().map(|moved| moved[row] - *own);
             // At an event between two samples a channel may jump: that row says nothing of the value.
             if own.abs() <= CLOSE && changes().all(|change| change.abs() <= CLOSE) {
-                slopes
-                    .iter_mut()
-                    .zip(changes())
-                    .for_each(|(slope, change)| slope[row] = change / STEP);
+                let each = slopes.iter_mut().zip(changes());
+                each.for_each(|(slope, change)| slope[row] = change / STEP);
                 count += 1;
             } else {
                 *own = 0.0;
             }
         }
         let (step, inverse) = least_squares(&slopes, &now)?;
-        values
-            .iter_mut()
-            .zip(&step)
-            .for_each(|(value, step)| *value *= 1.0 + step);
+        let each = values.iter_mut().zip(&step);
+        each.for_each(|(value, step)| *value *= 1.0 + step);
         played = play(&values)?;
         let judged = tried.cause.judge(evidence, &played)?;
         // The equations hold between events: beyond their errors, events that a solver misplaces move the value.

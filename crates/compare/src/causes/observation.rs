@@ -3,10 +3,10 @@
 use super::judge::FARTHER;
 use crate::candidate::{Block, Candidate};
 use crate::detect::{Crossings, Detection, Detector, Point};
-use crate::reference::{GapPolynomial, Physics, Walk};
+use crate::reference::Physics;
 use crate::resolution::Rounding;
 use crate::vocabulary::Known;
-use crate::{Channel, Found};
+use crate::{Channel, Found, Reference};
 use stickslip_engine::simulation::Course;
 use stickslip_files::ResultError;
 use stickslip_system::record::{self, sequence::SequenceEvent};
@@ -160,14 +160,13 @@ impl ObservationPass {
         }
     }
 
-    pub fn finish(self, physics: &Physics, walk: Walk<'_>) -> Result<Observation, ResultError> {
+    pub fn finish(self, reference: &Reference) -> Result<Observation, ResultError> {
         let mut rows: Vec<KeptRow> = self.kept.into_iter().flatten().collect();
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         let time: Vec<f64> = rows.iter().map(|row| row.time).collect();
         let column = |k: usize| rows.iter().map(|row| row.values[k]).collect();
-        let reference = at(walk, &self.channels, &time)?;
         let size = |(k, &channel): (usize, &Channel)| match k < self.compared {
-            true => physics.size(channel, false),
+            true => reference.physics.size(channel, false),
             false => f64::INFINITY,
         };
         let mut seen = Observation {
@@ -181,9 +180,10 @@ impl ObservationPass {
             sums: self.sums,
             since: rows.iter().map(|row| row.since).collect(),
             repeated: self.repetitions.times(),
-            reference,
+            reference: Vec::new(),
             time,
         };
+        seen.reference = seen.reference_at(reference, 0.0)?;
         seen.constants = seen.left_by_constants();
         Ok(seen)
     }
@@ -236,24 +236,6 @@ impl Intervals {
 /// Part of the samples at which a motion may be unknown, as the reference is under another clock.
 const UNKNOWN: f64 = 0.1;
 
-/// Channels of a reference at increasing times (s); NaN if unknown.
-fn at(mut walk: Walk<'_>, channels: &[Channel], times: &[f64]) -> Result<Vec<Vec<f64>>, ResultError> {
-    let mut values = vec![vec![f64::NAN; times.len()]; channels.len()];
-    let mut curves: Vec<GapPolynomial> = Vec::new();
-    for (row, &time) in times.iter().enumerate() {
-        let Some((left, right, _)) = walk.at(time)? else {
-            continue;
-        };
-        if walk.curves(channels, &mut curves) == Some(true) {
-            let part = (time - left) / (right - left);
-            for (column, curve) in values.iter_mut().zip(&curves) {
-                column[row] = curve.at(part);
-            }
-        }
-    }
-    Ok(values)
-}
-
 /// 0 without values.
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
@@ -290,9 +272,22 @@ const CONTRADICT: usize = 2;
 pub(crate) type ObservedValues = Vec<Vec<f64>>;
 
 impl Observation {
-    pub fn reference_at(&self, walk: Walk<'_>, add: f64) -> Result<ObservedValues, ResultError> {
-        let times: Vec<f64> = self.time.iter().map(|time| time + add).collect();
-        at(walk, &self.channels, &times)
+    /// Channels of a reference at times that are `add` (s) later; NaN if unknown.
+    pub fn reference_at(&self, reference: &Reference, add: f64) -> Result<ObservedValues, ResultError> {
+        let mut walk = reference.walk(&self.channels)?;
+        let mut values = vec![vec![f64::NAN; self.time.len()]; self.channels.len()];
+        for (row, time) in self.time.iter().map(|time| time + add).enumerate() {
+            let Some((left, right, _)) = walk.at(time)? else {
+                continue;
+            };
+            if walk.expand() {
+                let part = (time - left) / (right - left);
+                for (column, curve) in values.iter_mut().zip(&walk.curves) {
+                    column[row] = curve.at(part);
+                }
+            }
+        }
+        Ok(values)
     }
 
     /// Exchanges the motion of driven ends in the relative velocity of a motion under `course`, `add` (s) later, for the
@@ -310,19 +305,19 @@ impl Observation {
         }
     }
 
+    fn place(&self, channel: Channel) -> Option<usize> {
+        self.channels.iter().position(|known| *known == channel)
+    }
+
     fn velocity(&self) -> Option<usize> {
-        let mut channels = self.channels.iter();
-        channels.position(|channel| *channel == Channel::RELATIVE_VELOCITY)
+        self.place(Channel::RELATIVE_VELOCITY)
     }
 
     /// Events of a motion as they are found in the candidate; `None` without a relative velocity. `sticks`: the contact
     /// has a stick.
     pub fn found(&self, motion: &ObservedValues, detection: Detection, sticks: bool) -> Option<Vec<SequenceEvent>> {
         let velocity = &motion[self.velocity()?];
-        let force = self
-            .channels
-            .iter()
-            .position(|channel| *channel == Channel::NORMAL_FORCE);
+        let force = self.place(Channel::NORMAL_FORCE);
         let rows = (0..self.time.len()).filter(|&row| velocity[row].is_finite());
         let points = rows.map(|row| Point {
             time: self.time[row],

@@ -93,7 +93,7 @@ impl Reference {
         let (mut jumped, mut first, mut observation) = (None, None, None);
         if let Some(passes) = passes {
             (jumped, first) = (passes.jump.finish(), passes.jump.first());
-            observation = Some(passes.observation.finish(physics, self.walk()?)?);
+            observation = Some(passes.observation.finish(self)?);
         }
         let observation = observation.filter(Observation::overlaps);
         let of_values = observation.as_ref().map_or(0.0, Observation::rounding);

@@ -13,7 +13,7 @@ use stickslip_engine::simulation::{Course, Following, OutputOptions};
 use stickslip_files::{ResultError, ResultFile};
 use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, EventKind, Recorder, RecorderError, Sample, State};
-pub(crate) use walk::{GapPolynomial, Walk};
+pub(crate) use walk::Walk;
 
 mod physics;
 mod walk;

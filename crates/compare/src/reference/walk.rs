@@ -57,6 +57,9 @@ pub(crate) struct Walk<'a> {
     rerun: &'a Rerun,
     events: &'a [Event],
     course: Course,
+    channels: Vec<Channel>,
+    /// The channels in the present interval, which [`Self::expand`] finds.
+    pub curves: Vec<GapPolynomial>,
     inserted: Vec<Node>,
     filled: f64,
     left: Option<Node>,
@@ -76,6 +79,7 @@ impl<'a> Walk<'a> {
         physics: &'a Physics,
         rerun: &'a Rerun,
         events: &'a [Event],
+        channels: &[Channel],
     ) -> Result<Walk<'a>, ResultError> {
         let mut walk = Walk {
             nodes: Nodes::new(file, physics, events)?,
@@ -83,6 +87,8 @@ impl<'a> Walk<'a> {
             rerun,
             events,
             course: physics.course(),
+            channels: channels.to_vec(),
+            curves: Vec::new(),
             inserted: Vec::new(),
             filled: f64::NEG_INFINITY,
             left: None,
@@ -211,13 +217,15 @@ impl<'a> Walk<'a> {
         self.steps.get(step + 1).map(|next| next.0)
     }
 
-    /// Curves of `channels` in the interval found by [`Self::at`]; `false` if its inside is unknown, `None` past the
-    /// end.
-    pub fn curves(&mut self, channels: &[Channel], curves: &mut Vec<GapPolynomial>) -> Option<bool> {
+    /// Finds the curves of the channels in the interval found by [`Self::at`]; `false` if its inside is unknown.
+    pub fn expand(&mut self) -> bool {
         let sound = self.is_sound();
-        let (left, right) = (self.left.as_ref()?, self.right.as_ref()?);
-        curves.clear();
+        let (Some(left), Some(right)) = (&self.left, &self.right) else {
+            return false;
+        };
         let (course, physics) = (&mut self.course, self.physics);
+        let (channels, curves) = (&self.channels, &mut self.curves);
+        curves.clear();
         if !sound {
             self.expanded = None;
             let ends = [left, right].map(|node| {
@@ -227,7 +235,7 @@ impl<'a> Walk<'a> {
             });
             let [from, to] = &ends;
             curves.extend(from.iter().zip(to).map(|(&a, &b)| GapPolynomial::line(a, b)));
-            return Some(false);
+            return false;
         }
         let end = self.steps.get(self.step + 1).map_or(right.time, |next| next.0);
         let (start, y) = &self.steps[self.step];
@@ -250,7 +258,11 @@ impl<'a> Walk<'a> {
                 curve.terms = curve.terms.max(2);
             }
         }
-        Some(true)
+        true
+    }
+
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
     }
 
     pub fn mode(&self) -> Mode {
