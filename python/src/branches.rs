@@ -5,23 +5,23 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use stickslip::results::schema::{self, StorageKind, Variable};
-use stickslip::results::{ResultError, StudyFile, check_sound};
+use stickslip::results::schema::{self, StorageKind};
+use stickslip::results::{ResultError, ShapedColumn, StudyFile, check_sound};
 
 const GROUPS: [&str; 3] = ["branches", "points", "curves"];
 
 /// The columns of each group; title, status, name and keys of the number that varies.
-type Branches = ([Vec<(Variable, Vec<usize>, Vec<f64>)>; 3], [String; 4]);
+type Branches = ([Vec<ShapedColumn>; 3], [String; 4]);
 
 fn read(path: &Path) -> Result<Branches, ResultError> {
     let file = StudyFile::open(path, schema::CONTINUATION_FORMAT)?;
     check_sound(path)?;
-    let text = |group, name| Ok(file.text_attribute(group, name)?.unwrap_or_default());
+    let text = |name| Ok(file.text(name)?.unwrap_or_default());
     let texts = [
-        text("", "title")?,
-        text("", "status")?,
-        text("points", "number")?,
-        text("points", "keys")?,
+        text("title")?,
+        text("status")?,
+        text("points/number")?,
+        text("points/keys")?,
     ];
     let [branches, points, curves] = GROUPS.map(|group| file.columns(group));
     Ok(([branches?, points?, curves?], texts))

@@ -36,9 +36,9 @@ pub fn of_study(path: &Path, wanted: &[String]) -> Result<Option<Export<'static>
     let (columns, values): (Vec<Variable>, Vec<Vec<f64>>) = chosen(path, name, all, wanted)?.into_iter().unzip();
     let origin = TableOrigin {
         source: provenance::source(),
-        title: file.text("title").unwrap_or_default(),
+        title: file.text("title")?.unwrap_or_default(),
         file: file_name(path),
-        status: file.text("status").unwrap_or_default(),
+        status: file.text("status")?.unwrap_or_default(),
         evaluated: None,
     };
     Ok(Some(Export {
@@ -58,7 +58,11 @@ fn points(file: &StudyFile) -> Result<Columns, Error> {
     };
     let mut columns = vec![(Variable::count("point", "number of the point"), numbers)];
     columns.extend(data.axes.iter().map(column));
-    let mut status = Variable::words("status", "how the run of the point ended", file.flags("status"));
+    let mut status = Variable::words(
+        "status",
+        "how the run of the point ended",
+        file.variable("status")?.flags,
+    );
     status.kind = StorageKind::Int8;
     columns.push((status, data.status.clone()));
     columns.extend(data.quantities.iter().map(column));

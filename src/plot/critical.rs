@@ -6,6 +6,7 @@ use super::studies::data::{drawn_axis, levels, plainly, short};
 use super::style::{BLACK, GREY, PALETTE};
 use crate::Error;
 use stickslip_case::{Case, CaseSource};
+use stickslip_files::schema::{INPUT_CASE, Variable};
 use stickslip_files::{Reason, ResultError, StudyFile};
 use stickslip_system::model::system::System;
 
@@ -17,7 +18,7 @@ pub fn figure(file: &StudyFile) -> Result<Figure, Error> {
     let none = || Reason::NoBoundary(file.path().to_owned()).of(file.path());
     let (x, y, panel) = panel(file)?.ok_or_else(none)?;
     let is_the_papers = x == "friction_decay" && y == "torsion_damping";
-    let title = match file.text("boundary/criterion") {
+    let title = match file.text("boundary/criterion")? {
         Some(criterion) if !is_the_papers => format!("Where {criterion} ends"),
         _ => "Critical curve: where stick-slip ends".to_owned(),
     };
@@ -43,15 +44,17 @@ pub(super) fn panel(file: &StudyFile) -> Result<Option<(String, String, Panel)>,
         Curve::pieces("steady sliding loses its stability", BLACK, pieces(&steady)).styled(CurveStyle::Dashed),
     ]);
     curves.extend(traced);
-    let spacing = |name: &str| file.text(&format!("boundary/{name}_spacing")).as_deref() == Some("log");
-    let labels = contour_labels(&contours, &curves, (spacing("x"), spacing("y")));
-    let axis = |name: &str, side: &str| {
-        let units = file.attribute(&format!("boundary/{name}"), "units");
-        drawn_axis(name, units.as_deref().unwrap_or("1"), "").logarithmic(spacing(side))
+    let text = |name: String| file.text(&format!("boundary/{name}"));
+    let by_powers = |side: &str| Ok::<_, ResultError>(text(format!("{side}_spacing"))?.as_deref() == Some("log"));
+    let by_powers = (by_powers("x")?, by_powers("y")?);
+    let labels = contour_labels(&contours, &curves, by_powers);
+    let axis = |name: &str, by_powers: bool| {
+        let units = text(format!("{name}/units"))?;
+        Ok::<_, ResultError>(drawn_axis(name, units.as_deref().unwrap_or("1"), "").logarithmic(by_powers))
     };
     let panel = Panel {
         labels,
-        ..Panel::new(axis(&x, "x"), axis(&y, "y"), curves)
+        ..Panel::new(axis(&x, by_powers.0)?, axis(&y, by_powers.1)?, curves)
     };
     Ok(Some((x, y, panel)))
 }
@@ -66,25 +69,24 @@ pub(super) struct Boundary {
 }
 
 pub(super) fn boundary(file: &StudyFile) -> Result<Option<Boundary>, Error> {
-    let (Some(x), Some(y)) = (file.text("boundary/x"), file.text("boundary/y")) else {
+    let (Some(x), Some(y)) = (file.text("boundary/x")?, file.text("boundary/y")?) else {
         return Ok(None);
     };
     let known = ["boundary_point", "curve", "plane", "branch"];
     let mut outside = Vec::new();
-    for name in file.variables("boundary") {
+    for (Variable { name, units, .. }, _, values) in file.columns("boundary")? {
         if !known.contains(&name.as_str()) && !name.starts_with(&x) && !name.starts_with(&y) {
-            let values = file.numbers(&format!("boundary/{name}"))?;
-            let units = file.attribute(&format!("boundary/{name}"), "units").unwrap_or_default();
             outside.push((short(&name).to_owned(), units, values));
         }
     }
+    let criterion = file.text("boundary/criterion")?.unwrap_or_default();
     let mut curves: Vec<Curve> = Vec::new();
     for line in lines(file, "boundary", "curve", &x, &y)? {
         let said = |(name, units, values): &(String, String, Vec<f64>)| {
             format!("{name} = {} {units}", written(values[line.first]))
         };
         let label = match &outside[..] {
-            [] => file.text("boundary/criterion").unwrap_or_default(),
+            [] => criterion.clone(),
             _ => outside.iter().map(said).collect::<Vec<_>>().join(", "),
         };
         // One legend entry for each plane.
@@ -99,7 +101,8 @@ pub(super) fn boundary(file: &StudyFile) -> Result<Option<Boundary>, Error> {
 /// Whether the base case is the paper's. The kick may differ, because the study sets it.
 fn of_the_papers_case(file: &StudyFile) -> bool {
     let system = |source| Case::read(&source, &[]).ok().map(|case| case.system);
-    let base = file.case_text().map(|text| CaseSource::result(file.path(), text));
+    let base = file.input(INPUT_CASE).ok().flatten();
+    let base = base.map(|text| CaseSource::result(file.path(), text));
     let papers = CaseSource::built_in("paper").ok().and_then(system);
     base.and_then(system).zip(papers).is_some_and(|(base, papers)| {
         let kicks = base.kicks.clone();
@@ -219,7 +222,7 @@ struct CriticalLine {
 }
 
 fn lines(file: &StudyFile, group: &str, by: &str, x: &str, y: &str) -> Result<Vec<CriticalLine>, ResultError> {
-    let names = file.variables(group);
+    let names = file.names(group)?;
     if names.is_empty() {
         return Ok(Vec::new());
     }

@@ -29,7 +29,7 @@ fn cli_export_of_a_sweep_has_a_row_for_each_point() {
     );
     let (damping, method, status) = (place("torsion_damping"), place("solver_method"), place("status"));
     let levels = file.numbers("torsion_damping").unwrap();
-    let ends = file.values("end_time").unwrap();
+    let ends = file.numbers("end_time").unwrap();
     for (point, row) in table[1..].iter().enumerate() {
         assert_eq!(row[0], point.to_string());
         assert_eq!(row[damping].parse::<f64>().unwrap(), levels[point / 6]);

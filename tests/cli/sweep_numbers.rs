@@ -44,11 +44,15 @@ fn analytic_a_grid_of_coulomb_belts() {
         events/mode_after | flag_meanings | separated stick slip-forward slip-backward engaged
     ",
     ) {
-        assert_eq!(file.attribute(place, attribute).as_deref(), Some(text), "{place}");
+        assert_eq!(
+            file.text(&format!("{place}/{attribute}")).unwrap().as_deref(),
+            Some(text),
+            "{place}"
+        );
     }
-    assert_eq!(file.text("meta/motion").as_deref(), Some("translation"));
+    assert_eq!(file.text("meta/motion").unwrap().as_deref(), Some("translation"));
     assert_eq!(
-        file.text("references").as_deref(),
+        file.text("references").unwrap().as_deref(),
         Some("stickslip, docs/theory.md: Trains")
     );
     let (speeds, springs) = (numbers("rotor_speed"), numbers("stator_stiffness_0"));
@@ -99,7 +103,7 @@ fn analytic_what_a_clutch_heats_up_by() {
     folder.write("grid.toml", ENGAGEMENTS);
     folder.json("sweep grid.toml");
     let file = folder.sweep_file("grid.h5");
-    assert_eq!(file.attribute("dissipated_energy", "units").as_deref(), Some("J"));
+    assert_eq!(file.text("dissipated_energy/units").unwrap().as_deref(), Some("J"));
     let found = file.numbers("dissipated_energy").unwrap();
     for (i, speed) in [100.0, 200.0, 300.0].into_iter().enumerate() {
         for (j, inertia) in [0.2, 0.3, 0.4].into_iter().enumerate() {
@@ -353,7 +357,7 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
     let numbers = |name: &str| file.numbers(name).unwrap();
     assert_eq!(numbers("motion"), [0.0, 0.0, 3.0]);
     assert_eq!(numbers("attractor_sticks"), [2.0, 1.0, -1.0]);
-    assert_eq!(file.attribute("attractor_amplitude", "units").as_deref(), Some("rad"));
+    assert_eq!(file.text("attractor_amplitude/units").unwrap().as_deref(), Some("rad"));
     assert_eq!(numbers("stick_count")[2], 0.0);
     let stdout = folder.ok("run groan --json --no-witness --set rotor.speed=0.5 --set output.end_time=6 -o single.h5");
     let single = &json(&stdout)["summary"]["outcome"];
@@ -659,7 +663,7 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     assert!((half - 5e-6).abs() < 1e-18, "{half}");
     let file = folder.sweep_file("belt.h5");
     assert_eq!(
-        file.text("references").as_deref(),
+        file.text("references").unwrap().as_deref(),
         Some("stickslip, docs/theory.md: Trains")
     );
     let found = file.shape("attractor_amplitude").unwrap()[0] as u64;

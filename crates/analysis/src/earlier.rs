@@ -145,11 +145,11 @@ impl EarlierStudy {
             .into_iter()
             .filter_map(|name| Some((name, file.input(name).ok()??)));
         Some(EarlierStudy {
-            source: file.text(schema::root::SOURCE).unwrap_or_default(),
+            source: file.text(schema::root::SOURCE).ok()?.unwrap_or_default(),
             study: file.input("study").ok()??,
             inputs: inputs.collect(),
             changed: file.changed(),
-            digest: file.digest().or_else(|| file.text("meta/study_digest")),
+            digest: file.digest().ok()?.or(file.text("meta/study_digest").ok()?),
             shard: shard.map(|shard| shard.shard()),
         })
     }

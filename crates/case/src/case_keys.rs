@@ -3,7 +3,7 @@
 use super::document::{self, CaseValue, PlacedValue};
 use super::quantity::Dimension;
 use super::schema::{self, Domain, Key, KeyKind};
-use super::value::{PROFILES, choice, keys_of, measure, number, single};
+use super::value::{PROFILES, keys_of, measure, single};
 use super::{Case, CaseSource, Motion, Override, Words, suggest};
 use serde::{Deserialize, Serialize};
 use stickslip_system::quote::shown;
@@ -250,40 +250,36 @@ impl Override {
 pub struct Slot {
     /// One line about the key.
     pub description: &'static str,
-    takes: Takes,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Takes {
-    Key(&'static Key, Motion),
-    Number(Dimension, Domain),
-    Profile,
+    key: Key,
+    motion: Motion,
 }
 
 impl Slot {
     fn at(path: &str, words: Words) -> Option<Slot> {
         let (key, _, inner) = schema::find(path, words.short).next()?;
-        let takes = match key.kind {
-            KeyKind::Signal(dimension) if !inner.is_empty() => of_signal(inner, dimension, words.motion())?,
-            KeyKind::List(..) if !inner.is_empty() && inner.parse::<usize>().is_err() => return None,
-            _ => Takes::Key(key, words.motion()),
-        };
         // Both chains have the same keys, and only the rotor's have descriptions.
         let rotor = key.path.strip_prefix("stator.").map(|name| format!("rotor.{name}"));
         let about = rotor.and_then(|path| schema::find(&path, false).next().map(|found| found.0));
-        Some(Slot {
+        let mut slot = Slot {
             description: about.unwrap_or(key).description,
-            takes,
-        })
+            key: *key,
+            motion: words.motion(),
+        };
+        match key.kind {
+            KeyKind::Signal(dimension) if !inner.is_empty() => {
+                slot.key.kind = of_signal(inner, dimension, words.motion())?;
+                // The dimension is that of the motion already.
+                slot.motion = Motion::Rotation;
+            }
+            KeyKind::List(..) if !inner.is_empty() && inner.parse::<usize>().is_err() => return None,
+            _ => {}
+        }
+        Some(slot)
     }
 
     /// Dimension of the number; `None` for other types.
     pub fn dimension(&self) -> Option<Dimension> {
-        match self.takes {
-            Takes::Key(key, motion) => key.dimension().map(|dimension| motion.dimension(dimension)),
-            Takes::Number(dimension, _) => Some(dimension),
-            Takes::Profile => None,
-        }
+        self.key.dimension().map(|dimension| self.motion.dimension(dimension))
     }
 
     /// SI unit of the number, `1` for a plain one; `None` for words and switches.
@@ -293,15 +289,12 @@ impl Slot {
 
     /// Reads one value, and checks it without the rest of the case.
     pub fn read(&self, value: &CaseValue) -> Result<Setting, String> {
-        match self.takes {
-            Takes::Key(key, motion) => single(key, value, motion),
-            Takes::Number(dimension, domain) => number(value, dimension, domain).map(Setting::Number),
-            Takes::Profile => choice(value, PROFILES).map(|name| Setting::Text(name.to_owned())),
-        }
+        single(&self.key, value, self.motion)
     }
 }
 
-fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> {
+/// The kind of value at a path in a signal.
+fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<KeyKind> {
     let mut parts = path.split('.');
     let mut name = parts.next()?;
     while name == SIGNALS {
@@ -309,16 +302,15 @@ fn of_signal(path: &str, dimension: Dimension, motion: Motion) -> Option<Takes> 
         // The path ends at a term of a sum, which can be a constant.
         name = match parts.next() {
             Some(name) => name,
-            None => return Some(Takes::Number(motion.dimension(dimension), Domain::Any)),
+            None => return Some(KeyKind::Number(motion.dimension(dimension), Domain::Any)),
         };
     }
     let rest: Vec<&str> = parts.collect();
     if name == "profile" && rest.is_empty() {
-        return Some(Takes::Profile);
+        return Some(KeyKind::Word(|| PROFILES.to_vec()));
     }
     let known = PROFILES.iter().any(|profile| keys_of(profile).contains(&name));
     let in_list = matches!(name, "time" | "value") && rest.len() == 1 && rest[0].parse::<usize>().is_ok();
     let (dimension, domain) = measure(name, dimension, motion);
-    let takes = Takes::Number(dimension, domain);
-    (known && (rest.is_empty() || in_list)).then_some(takes)
+    (known && (rest.is_empty() || in_list)).then_some(KeyKind::Number(dimension, domain))
 }

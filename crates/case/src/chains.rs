@@ -89,12 +89,8 @@ impl Reader {
                 return;
             }
             End::Driven(_) => {
-                let unit = self.words.motion().dimension(Dimension::AngularVelocity);
-                let message = format!(
-                    "missing: the speed of the driven end; write speed = a number in {} or \"{}\", or a signal",
-                    unit.unit(),
-                    unit.example()
-                );
+                let number = self.words.motion().dimension(Dimension::AngularVelocity).number();
+                let message = format!("missing: the speed of the driven end; write speed = {number}, or a signal");
                 return self.report(&path, message);
             }
             End::Free => "free",
@@ -291,8 +287,11 @@ impl Reader {
                 None => case.system.pressing = Case::axial_mode(),
             },
             (false, None) => {
-                let message = "missing: what presses the surfaces together; write normal_force = a number in N or \"500 lbf\" (or a \
-                               signal), or give [axial] and [actuation]";
+                let message = format!(
+                    "missing: what presses the surfaces together; write normal_force = {} (or a signal), or give [axial] and \
+                     [actuation]",
+                    Dimension::Force.number()
+                );
                 self.report(FORCE, message);
             }
         }

@@ -1,7 +1,9 @@
 //! What distinguishes one case from another, in words: differences between two texts, and overrides with their units.
 
 use super::document::{self, CaseValue, Override, PlacedValue};
-use super::{CaseSource, Words, quantity, written};
+use super::quantity::Dimension;
+use super::schema::Domain;
+use super::{CaseSource, Words, value, written};
 use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 
@@ -114,12 +116,8 @@ pub fn changed_line(changed: &[String]) -> String {
 
 /// A number in SI, also one that is written with a unit.
 fn number(key: &str, value: &CaseValue, words: Words) -> Option<f64> {
-    match value {
-        CaseValue::Integer(number) => Some(*number as f64),
-        CaseValue::Float(number) => Some(*number),
-        CaseValue::Text(text) => quantity::parse(text, written::dimension(key, words)?).ok(),
-        _ => None,
-    }
+    let dimension = written::dimension(key, words).unwrap_or(Dimension::Number);
+    value::number(value, dimension, Domain::Any).ok()
 }
 
 /// A value with the unit of its key, if it is a number; a text without its quotes.

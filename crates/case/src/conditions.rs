@@ -56,6 +56,10 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     found
 }
 
+pub(super) fn below_shortest(time: f64) -> String {
+    format!("must be at least {SHORTEST_RUN:?} s, but is {time:?} s")
+}
+
 pub(super) fn too_short(time: f64) -> String {
     format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {time:?} s")
 }
@@ -153,8 +157,7 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
         return complain(key, &["solver.max_step"], message.to_owned());
     }
     if step < SHORTEST_RUN {
-        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
-        complain(key, &[], message);
+        complain(key, &[], below_shortest(step));
     }
     // The stability bound is known only for two disks of the short form.
     let Some(Parameters { torsion, .. }) = Parameters::of(&case.system).filter(|_| case.words.short) else {
@@ -242,8 +245,7 @@ fn output(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
     let end_time = output.end_time;
     if end_time < SHORTEST_RUN {
-        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s");
-        complain("output.end_time", &[], message);
+        complain("output.end_time", &[], below_shortest(end_time));
     }
 }
 

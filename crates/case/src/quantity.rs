@@ -96,6 +96,14 @@ impl Dimension {
         self.facts().1
     }
 
+    /// A number of this dimension in the words of a remedy: `a number in N or "500 lbf"`.
+    pub(super) fn number(self) -> String {
+        match self {
+            Dimension::Number => "a number".to_owned(),
+            _ => format!("a number in {} or \"{}\"", self.unit(), self.example()),
+        }
+    }
+
     /// Example of a quantity in the notation of the case file.
     pub fn example(self) -> &'static str {
         self.facts().2

@@ -445,9 +445,8 @@ pub(super) fn missing(key: &Key, motion: Motion) -> String {
     let series = matches!(key.kind, KeyKind::Series(_));
     let value = match key.dimension().map(|dimension| motion.dimension(dimension)) {
         Some(Dimension::Number) if series => "[...], plain numbers".to_owned(),
-        Some(Dimension::Number) => "a number".to_owned(),
         Some(dimension) if series => format!("[...], numbers in {}", dimension.unit()),
-        Some(dimension) => format!("a number in {} or \"{}\"", dimension.unit(), dimension.example()),
+        Some(dimension) => dimension.number(),
         None => format!("\"{}\"", choices.join("\" or \"")),
     };
     format!("missing: {}; write {} = {value}", key.description, key.split().1)

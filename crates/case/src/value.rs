@@ -1,7 +1,7 @@
 //! Reads one value by the rules of its key: a number or a list in its unit and limits, a word, a signal. A signal is a
 //! number, or a table with a profile.
 
-use super::conditions::{SHORTEST_RUN, Violation, points, too_short};
+use super::conditions::{SHORTEST_RUN, Violation, below_shortest, points, too_short};
 use super::document::{CaseValue, PlacedValue};
 use super::place::INSTABILITY;
 use super::quantity::{self, Dimension};
@@ -286,9 +286,7 @@ impl Signals {
             "ramp" => self.ramp(at),
             "table" => self.table(at),
             "sum" => self.sum(at, depth),
-            "sine" => self.wave(HarmonicShape::Sine, at),
-            "chirp" => self.chirp(at),
-            _ => self.wave(HarmonicShape::Cosine, at),
+            harmonic => self.wave(harmonic, at),
         }
     }
 
@@ -307,13 +305,7 @@ impl Signals {
         match node.at(name) {
             Some(node) => self.fits(&path, number(&node.value, dimension, domain)),
             None if default.is_some() => default,
-            None => {
-                let (unit, example) = (dimension.unit(), dimension.example());
-                self.wrong(
-                    &path,
-                    format!("missing; write {name} = a number in {unit} or \"{example}\""),
-                )
-            }
+            None => self.wrong(&path, format!("missing; write {name} = {}", dimension.number())),
         }
     }
 
@@ -353,11 +345,41 @@ impl Signals {
         Some(Drive::Linear(Signal::TimeTable(TimeTable { time, value })))
     }
 
-    fn wave(&mut self, shape: HarmonicShape, at: SignalPlace<'_>) -> Option<Drive> {
-        let (path, node) = at;
+    fn wave(&mut self, profile: &str, at: SignalPlace<'_>) -> Option<Drive> {
         let mean = self.element(at, "mean", Some(0.0));
         let amplitude = self.element(at, "amplitude", None);
-        let frequency = match (node.at("frequency").is_some(), node.at("angular_frequency").is_some()) {
+        let frequency = match profile {
+            "chirp" => self.sweep(at),
+            _ => self.frequency(at),
+        };
+        let phase = self.element(at, "phase", Some(0.0));
+        let mut time = |name: &str| match at.1.at(name) {
+            Some(_) => self.element(at, name, None).map(Some),
+            None => Some(None),
+        };
+        let (from, to) = (time("from")?, time("to")?);
+        let start = from.unwrap_or(0.0);
+        if let Some(to) = to.filter(|to| *to <= start) {
+            let message = format!("must be after from: {to:?} s is not after {start:?} s");
+            return self.wrong(&format!("{}.to", at.0), message);
+        }
+        Some(Drive::Wave(Wave {
+            shape: match profile {
+                "cosine" => HarmonicShape::Cosine,
+                _ => HarmonicShape::Sine,
+            },
+            mean: mean?,
+            amplitude: amplitude?,
+            frequency: frequency?,
+            phase: phase?,
+            from,
+            to,
+        }))
+    }
+
+    fn frequency(&mut self, at: SignalPlace<'_>) -> Option<Frequency> {
+        let (path, node) = at;
+        match (node.at("frequency").is_some(), node.at("angular_frequency").is_some()) {
             (true, true) => {
                 let message = "the frequency is given twice, with frequency: keep either frequency, in Hz, or \
                                angular_frequency, in rad/s";
@@ -370,55 +392,21 @@ impl Signals {
                                angular_frequency = a number in rad/s";
                 self.wrong(&format!("{path}.frequency"), message)
             }
-        };
-        let phase = self.element(at, "phase", Some(0.0));
-        let mut time = |name: &str| match node.at(name) {
-            Some(_) => self.element(at, name, None).map(Some),
-            None => Some(None),
-        };
-        let (from, to) = (time("from")?, time("to")?);
-        if let Some(to) = to
-            && to <= from.unwrap_or(0.0)
-        {
-            let from = from.unwrap_or(0.0);
-            let message = format!("must be after from: {to:?} s is not after {from:?} s");
-            return self.wrong(&format!("{path}.to"), message);
         }
-        Some(Drive::Wave(Wave {
-            shape,
-            mean: mean?,
-            amplitude: amplitude?,
-            frequency: frequency?,
-            phase: phase?,
-            from,
-            to,
-        }))
     }
 
-    fn chirp(&mut self, at: SignalPlace<'_>) -> Option<Drive> {
-        let mean = self.element(at, "mean", Some(0.0));
-        let amplitude = self.element(at, "amplitude", None);
+    fn sweep(&mut self, at: SignalPlace<'_>) -> Option<Frequency> {
         let start = self.element(at, "start_frequency", None);
         let end = self.element(at, "end_frequency", None);
-        let phase = self.element(at, "phase", Some(0.0));
         let duration = self.element(at, "duration", None)?;
         if duration < SHORTEST_RUN {
-            let message = format!("must be at least {SHORTEST_RUN:?} s, but is {duration:?} s");
-            return self.wrong(&format!("{}.duration", at.0), message);
+            return self.wrong(&format!("{}.duration", at.0), below_shortest(duration));
         }
-        Some(Drive::Wave(Wave {
-            shape: HarmonicShape::Sine,
-            mean: mean?,
-            amplitude: amplitude?,
-            frequency: Frequency::Sweep {
-                start: start?,
-                end: end?,
-                duration,
-            },
-            phase: phase?,
-            from: None,
-            to: None,
-        }))
+        Some(Frequency::Sweep {
+            start: start?,
+            end: end?,
+            duration,
+        })
     }
 
     fn sum(&mut self, (path, node): SignalPlace<'_>, depth: usize) -> Option<Drive> {

@@ -35,7 +35,7 @@ pub struct DenseOutput<'f> {
 impl ResultFile {
     /// The dense output, if the run has one. Fails if the file cannot be read.
     pub fn dense(&self) -> Result<Option<DenseOutput<'_>>, ResultError> {
-        if !self.has(group::DENSE)? {
+        if !self.source.has(group::DENSE)? {
             return Ok(None);
         }
         let [pieces, coefficients] = schema::dense_tables(&schema::trajectory());

@@ -137,6 +137,17 @@ impl Addition {
         }
     }
 
+    /// A table, whose first column is the dimension of the others.
+    pub fn of_table(group: &str, columns: Vec<FileColumn>) -> Self {
+        let dimension = columns.first().map(|column| column.variable.name.clone());
+        let over = |index: usize| dimension.iter().filter(|_| index > 0).cloned().collect();
+        let columns = columns.into_iter().enumerate();
+        Addition {
+            columns: columns.map(|(index, column)| (column, over(index))).collect(),
+            ..Addition::new(group)
+        }
+    }
+
     /// The group.
     pub fn group(&self) -> &str {
         &self.group

@@ -380,7 +380,7 @@ impl ResultFile {
             Err(ResultError {
                 reason: Reason::Damaged(_),
                 ..
-            }) if !self.has(name)? => return Ok(None),
+            }) if !self.source.has(name)? => return Ok(None),
             members => members?,
         };
         let columns = self.columns_in(name)?.into_iter().map(|(column, rows)| {
@@ -435,7 +435,7 @@ impl ResultFile {
     /// Numeric columns of a group, in the order of the file; none if there is no such group. A trajectory has the channels
     /// that an earlier version did not write, too.
     pub fn table(&self, group: &str) -> Result<Vec<Variable>, ResultError> {
-        if !self.has(group)? {
+        if !self.source.has(group)? {
             return Ok(Vec::new());
         }
         Ok(self.columns_in(group)?.into_iter().map(|column| column.0).collect())
@@ -478,7 +478,7 @@ impl ResultFile {
     pub fn table_rows(&self, group: &str) -> Result<usize, ResultError> {
         match schema::tables().iter().find(|table| table.group == group) {
             Some(table) => self.rows(table),
-            None if !self.has(group)? => Ok(0),
+            None if !self.source.has(group)? => Ok(0),
             None => Ok(self.columns_in(group)?.iter().map(|column| column.1).min().unwrap_or(0)),
         }
     }
@@ -503,15 +503,7 @@ impl ResultFile {
 
     /// A text variable; `None` if it does not exist.
     pub fn text_variable(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
-        let path = format!("{group}/{name}");
-        match self.source.dataset(&path)? {
-            Some(_) => self.source.text(&path),
-            None => Ok(None),
-        }
-    }
-
-    pub(super) fn has(&self, name: &str) -> Result<bool, ResultError> {
-        Ok(self.source.members("")?.iter().any(|member| member.name == name))
+        self.source.text(&format!("{group}/{name}"))
     }
 
     fn input(&self, name: &str) -> Result<String, ResultError> {
@@ -577,7 +569,7 @@ impl ResultFile {
                 format!("column of numbers /{group}/{name}, but {found} of shape {shape:?}")
             }
             Some(info) => return Ok(info),
-            None if self.has(group)? => format!("variable /{group}/{name}"),
+            None if self.source.has(group)? => format!("variable /{group}/{name}"),
             None => {
                 let there: Vec<String> = self.source.members("")?.into_iter().map(|member| member.name).collect();
                 format!("group /{group} (there are: {})", there.join(", "))
@@ -593,7 +585,9 @@ impl ResultFile {
 
     fn attributes_of(&self, group: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
         self.source.attributes(group).map_err(|error| match &error.reason {
-            Reason::Damaged(_) if !self.has(group).unwrap_or(true) => self.source.missing(format!("group /{group}")),
+            Reason::Damaged(_) if !self.source.has(group).unwrap_or(true) => {
+                self.source.missing(format!("group /{group}"))
+            }
             _ => error,
         })
     }

@@ -105,7 +105,8 @@ pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 /// Column of /events if a witness was run.
 pub const WITNESS_TIME: &str = "witness_time";
 
-pub(crate) const INPUT_CASE: &str = "case";
+/// Text of /input: the case as it was given, as TOML.
+pub const INPUT_CASE: &str = "case";
 /// Text of /input: every parameter in SI, as TOML.
 pub const INPUT_RESOLVED: &str = "resolved";
 /// Text of /input, only in a run that was repeated with finer settings: every parameter as asked for, as TOML.
@@ -114,6 +115,8 @@ pub(crate) const INPUT_ASKED: &str = "asked";
 pub const INPUT_CHANGED: &str = "changed";
 /// Checksums in files of earlier versions, now ignored.
 pub(crate) const CHECKSUMS: &str = "meta/checksums";
+/// Name of such a variable, also next to the columns of studies.
+pub(crate) const SUMS: &str = "checksums";
 /// Attribute of /meta added by the writer: seconds from creation to the end, NaN until then.
 pub(crate) const META_WALL_TIME: &str = "wall_time_s";
 
@@ -147,7 +150,7 @@ pub(crate) const SCALE: &str = "DIMENSION_SCALE";
 
 const LONG_CHUNK: usize = 4096;
 /// Rows in a chunk of a table that is no trajectory: few, since an unfinished chunk is stored anew at each flush.
-pub const SHORT_CHUNK: usize = 64;
+pub(crate) const SHORT_CHUNK: usize = 64;
 
 /// Storage type of a column, always little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,14 +1,13 @@
 //! Files of studies: their head, and readers of all kinds.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{write_attributes, write_changed, write_input, write_root};
 use super::parts::Addition;
-use super::schema::{StorageKind, TableSchema, Variable};
-use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader, uneven};
+use super::schema::{StorageKind, Variable};
+use super::source::{DatasetInfo, FileSource, Holds, Object, TableReader, joined, uneven, whole};
 use super::sweep::{AXES_GROUP, FAILURES, POINT};
-use super::table::{TableWriter, create_file, create_group};
+use super::table::{create_file, create_group};
 use super::target::Reservation;
 use super::{AttributeValue, Reason, ResultError, Status, schema};
 
@@ -17,9 +16,6 @@ pub(super) const INPUT_STUDY: &str = "study";
 
 /// Column of any number of dimensions: its variable, its shape, and its values with the last dimension fastest.
 pub type ShapedColumn = (Variable, Vec<usize>, Vec<f64>);
-
-/// Table of a study's file: schema, rows with a number for each variable, and attributes of the group.
-pub type StudyTable = (TableSchema, Vec<Vec<f64>>, Vec<(String, AttributeValue)>);
 
 /// Head of a study's file: root attributes, texts of /input, and attributes of /meta.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -79,56 +75,21 @@ impl StudyHeader {
         write_attributes(&create_group(file, schema::group::META)?, &self.meta)
     }
 
-    /// Writes the file of a work-precision study with its tables at a reserved place: under its own name if the study is
-    /// complete, otherwise as its partial file. Returns the path.
+    /// Writes the file of a work-precision study or a continuation, which is of the format `format`, with its groups at a
+    /// reserved place: under its own name if the study is complete, otherwise as its partial file. Returns the path.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_work_precision(
+    pub fn write(
         &self,
-        tables: &[StudyTable],
-        place: &Reservation,
-        status: &Status,
-    ) -> Result<PathBuf, ResultError> {
-        self.write(schema::WORK_PRECISION_FORMAT, place, status, |file| {
-            for (schema, rows, attributes) in tables {
-                let mut table = TableWriter::create(file, schema)?;
-                for row in rows {
-                    table.push(&[row]);
-                }
-                table.append()?;
-                write_attributes(&file.group(schema.group)?, attributes)?;
-            }
-            Ok(())
-        })
-    }
-
-    /// Writes the file of a continuation with its groups /branches, /points and /curves at a reserved place: under its
-    /// own name if the study is complete, otherwise as its partial file. Returns the path.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write_continuation(
-        &self,
+        format: &'static str,
         groups: &[Addition],
         place: &Reservation,
         status: &Status,
     ) -> Result<PathBuf, ResultError> {
-        self.write(schema::CONTINUATION_FORMAT, place, status, |file| {
-            groups.iter().try_for_each(|group| group.write(file))
-        })
-    }
-
-    fn write(
-        &self,
-        format: &str,
-        place: &Reservation,
-        status: &Status,
-        content: impl FnOnce(&hdf5::File) -> hdf5::Result<()>,
-    ) -> Result<PathBuf, ResultError> {
         place.put(status, |made| {
             let file = self.create(made, format, Some(status))?;
-            content(&file)?;
+            groups.iter().try_for_each(|group| group.write(&file))?;
             self.write_input(&file)?;
             file.flush()
         })
@@ -160,15 +121,17 @@ impl StudyFile {
         self.source.path()
     }
 
-    /// A text attribute of the file (`title`, `status`, `study_digest`) or of a group (`boundary/criterion`).
-    pub fn text(&self, name: &str) -> Option<String> {
-        let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
-        self.attribute(group, name)
+    /// A text attribute by its path: `title` of the file, `boundary/criterion` of a group, `points/period/units` of a
+    /// variable. `None` without such an attribute. Fails if it is unreadable.
+    pub fn text(&self, path: &str) -> Result<Option<String>, ResultError> {
+        let (owner, name) = path.rsplit_once('/').unwrap_or(("", path));
+        self.source.text_attribute(owner, name)
     }
 
-    /// Like [`Self::text`]; fails if the attribute is unreadable.
-    pub fn text_attribute(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
-        self.source.text_attribute(group, name)
+    /// A numeric attribute by its path, like [`Self::text`].
+    pub fn number(&self, path: &str) -> Result<Option<f64>, ResultError> {
+        let (owner, name) = path.rsplit_once('/').unwrap_or(("", path));
+        Ok(self.source.attribute(owner, name)?.and_then(|value| value.number()))
     }
 
     /// A text of /input. Fails if it is unreadable.
@@ -181,28 +144,22 @@ impl StudyFile {
         self.source.changed()
     }
 
-    /// Base case with the study's settings, in TOML.
-    pub fn case_text(&self) -> Option<String> {
-        self.input(schema::INPUT_CASE).ok()?
-    }
-
-    /// Digest of the study.
-    pub fn digest(&self) -> Option<String> {
+    /// Digest of the study. Fails if it is unreadable.
+    pub fn digest(&self) -> Result<Option<String>, ResultError> {
         self.text(DIGEST)
     }
 
-    /// A text attribute of a variable.
-    pub fn attribute(&self, variable: &str, name: &str) -> Option<String> {
-        self.text_attribute(variable, name).ok()?
-    }
-
-    /// Names of a group's variables (`/` for the points); none if there is no such group.
-    pub fn variables(&self, group: &str) -> Vec<String> {
-        let members = self.source.members(group.trim_matches('/')).unwrap_or_default();
-        let variables = members
-            .into_iter()
-            .filter(|member| !matches!(member.is, Object::Group(_)));
-        variables.map(|member| member.name).collect()
+    /// Names of a group's variables, of the points for an empty name; none without such a group. Fails if they are
+    /// unreadable.
+    pub fn names(&self, group: &str) -> Result<Vec<String>, ResultError> {
+        if !group.is_empty() && !self.source.has(group)? {
+            return Ok(Vec::new());
+        }
+        // Earlier versions stored checksums next to the variables.
+        let variables = self.source.members(group)?.into_iter();
+        let variables =
+            variables.filter(|one| matches!(one.is, Object::Dataset(_) | Object::Not(_)) && one.name != schema::SUMS);
+        Ok(variables.map(|member| member.name).collect())
     }
 
     /// The columns of a group, for reading.
@@ -210,96 +167,56 @@ impl StudyFile {
         self.source.table(group)
     }
 
-    /// Every variable of a group. Fails if one is unreadable.
+    /// Every variable of a group, with NaN instead of fill values. Fails if one is unreadable.
     pub fn columns(&self, group: &str) -> Result<Vec<ShapedColumn>, ResultError> {
         let mut found = Vec::new();
-        for member in self.source.members(group)? {
-            let path = format!("{group}/{}", member.name);
-            let Some(info) = self.source.dataset(&path)? else {
-                continue;
-            };
-            let kind = match info.holds {
-                Holds::Integers(_) => StorageKind::Int64,
-                _ => StorageKind::Float64,
-            };
-            let variable = self.source.described(&path)?.variable(member.name, kind);
-            let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
-            let values = self.source.read(&path, &all)?;
-            found.push((variable, info.shape, values));
+        for name in self.names(group)? {
+            let path = joined(group, &name);
+            let (variable, shape) = (self.variable(&path)?, self.shape(&path)?);
+            let mut values = self.source.read(&path, &whole(&shape))?;
+            if let Some(fill) = variable.fill {
+                let missing = values.iter_mut().filter(|value| **value == fill as f64);
+                missing.for_each(|value| *value = f64::NAN);
+            }
+            found.push((variable, shape, values));
         }
         Ok(found)
     }
 
-    /// Dimensions of a variable. Fails if there is no such variable.
-    pub fn shape(&self, variable: &str) -> Result<Vec<usize>, ResultError> {
-        self.dataset(variable).map(|info| info.shape)
+    /// Type, unit, description and codes of a variable. Fails if there is no such variable.
+    pub fn variable(&self, path: &str) -> Result<Variable, ResultError> {
+        let kind = match self.dataset(path)?.holds {
+            Holds::Integers(_) => StorageKind::Int64,
+            _ => StorageKind::Float64,
+        };
+        let name = path.rsplit('/').next().unwrap_or(path).to_owned();
+        Ok(self.source.described(path)?.variable(name, kind))
     }
 
-    pub(super) fn dataset(&self, variable: &str) -> Result<DatasetInfo, ResultError> {
-        self.source.dataset(variable)?.ok_or_else(|| self.missing(variable))
+    /// Dimensions of a variable. Fails if there is no such variable.
+    pub fn shape(&self, path: &str) -> Result<Vec<usize>, ResultError> {
+        self.dataset(path).map(|info| info.shape)
+    }
+
+    pub(super) fn dataset(&self, path: &str) -> Result<DatasetInfo, ResultError> {
+        self.source.dataset(path)?.ok_or_else(|| self.missing(path))
     }
 
     /// A whole variable as doubles, the last dimension fastest. Fails if it is missing or unreadable, or if it is in
     /// a group and not as long as the group's other variables.
-    pub fn numbers(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
+    pub fn numbers(&self, path: &str) -> Result<Vec<f64>, ResultError> {
         // The axes of a shard's grid are dimensions, each with its own length.
-        if let Some((group, name)) = variable.rsplit_once('/')
+        if let Some((group, name)) = path.rsplit_once('/')
             && group != AXES_GROUP
         {
             return self.source.table(group)?.column(name);
         }
-        let info = self.dataset(variable)?;
-        let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
-        self.source.read(variable, &all)
+        self.source.read(path, &whole(&self.shape(path)?))
     }
 
-    /// Like [`Self::numbers`], with NaN instead of the fill value.
-    pub fn values(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
-        let mut values = self.numbers(variable)?;
-        if let Some(fill) = self.source.described(variable)?.count_fill() {
-            for value in values.iter_mut().filter(|value| **value == fill as f64) {
-                *value = f64::NAN;
-            }
-        }
-        Ok(values)
-    }
-
-    /// Codes of a variable with their meanings; none for numbers.
-    pub fn flags(&self, variable: &str) -> Vec<(i64, String)> {
-        self.words(variable).unwrap_or_default()
-    }
-
-    /// Words of a variable's codes. Fails if they are unreadable.
-    pub fn words(&self, variable: &str) -> Result<Vec<(i64, String)>, ResultError> {
-        Ok(self.source.described(variable)?.flags)
-    }
-
-    /// Names of the members of a group; none if there is no such group. Fails if they are unreadable.
-    pub fn names(&self, group: &str) -> Result<Vec<String>, ResultError> {
-        let members = self.source.members(group)?.into_iter();
-        Ok(members.map(|member| member.name).collect())
-    }
-
-    /// A numeric attribute of a group. Fails if it is unreadable.
-    pub fn number_attribute(&self, group: &str, name: &str) -> Result<Option<f64>, ResultError> {
-        Ok(self.source.attribute(group, name)?.and_then(|value| value.number()))
-    }
-
-    /// A numeric attribute of the file, or of a group (`meta/default_rtol`).
-    pub fn number(&self, name: &str) -> Option<f64> {
-        let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
-        self.number_attribute(group, name).ok()?
-    }
-
-    /// Whether a variable has integer values.
-    pub fn is_whole(&self, variable: &str) -> bool {
-        let described = self.source.described(variable);
-        described.is_ok_and(|described| described.count_fill().is_some())
-    }
-
-    /// Whether the points form a grid, whose axes are its dimensions.
-    pub fn is_grid(&self) -> bool {
-        !self.variables("/").iter().any(|name| name == POINT)
+    /// Whether the points form a grid, whose axes are its dimensions. Fails if the file is unreadable.
+    pub fn is_grid(&self) -> Result<bool, ResultError> {
+        Ok(self.source.dataset(POINT)?.is_none())
     }
 
     /// Failed points with their messages. Fails if they are unreadable.

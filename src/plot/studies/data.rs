@@ -4,7 +4,7 @@ use crate::Error;
 use crate::plot::figure::{Axis, Cell, extent};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::sweep::QUANTITIES;
-use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, group};
+use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, Variable, group};
 use stickslip_files::{Reason, StudyFile};
 
 /// Variable, name and symbol of the parameters in the paper's figure.
@@ -181,35 +181,34 @@ impl StudyData {
     /// # Errors
     /// The file is unreadable, or contains no point.
     pub fn read(file: &StudyFile) -> Result<StudyData, Error> {
-        let names = file.variables("/");
-        let status = file.numbers("status")?;
-        let count = status.len();
-        let is_grid = file.is_grid();
-        let attribute = |name: &str, attribute: &str| file.attribute(name, attribute).unwrap_or_default();
-        let column = |name: &String, values: Vec<f64>, keys: Vec<String>| StudyColumn {
-            name: name.clone(),
-            units: attribute(name, "units"),
-            long_name: attribute(name, "long_name"),
-            flags: file.flags(name),
-            whole: file.is_whole(name),
-            levels: if is_grid && !keys.is_empty() {
-                values.clone()
-            } else {
-                Vec::new()
-            },
-            values,
-            keys,
-            logarithmic: false,
-        };
-        let mut axes = Vec::new();
-        for name in names.iter().filter(|name| file.attribute(name, "keys").is_some()) {
-            let keys = attribute(name, "keys").split(' ').map(str::to_owned).collect();
-            axes.push(column(name, file.numbers(name)?, keys));
+        let is_grid = file.is_grid()?;
+        let shape = file.shape("status")?;
+        let (mut status, mut axes, mut quantities) = (Vec::new(), Vec::new(), Vec::new());
+        for (variable, _, values) in file.columns("")? {
+            let Variable { name, units, .. } = variable;
+            let keys = file.text(&format!("{name}/keys"))?;
+            let is_axis = keys.is_some();
+            match name.as_str() {
+                "status" => status = values,
+                "point" => {}
+                _ => (if is_axis { &mut axes } else { &mut quantities }).push(StudyColumn {
+                    levels: if is_grid && is_axis { values.clone() } else { Vec::new() },
+                    keys: keys.map_or_else(Vec::new, |keys| keys.split(' ').map(str::to_owned).collect()),
+                    long_name: variable.long_name,
+                    flags: variable.flags,
+                    whole: variable.fill.is_some(),
+                    logarithmic: false,
+                    name,
+                    units,
+                    values,
+                }),
+            }
         }
+        let count = status.len();
         let damaged = |detail: &str| Error::from(Reason::Damaged(detail.to_owned()).of(file.path()));
         if is_grid {
             let sizes: Vec<usize> = axes.iter().map(|axis| axis.levels.len()).collect();
-            if sizes.iter().product::<usize>() != count || file.shape("status")? != sizes {
+            if sizes.iter().product::<usize>() != count || shape != sizes {
                 return Err(damaged("its points are not those of its axes"));
             }
             let mut inner = count;
@@ -220,18 +219,13 @@ impl StudyData {
             }
         }
         for axis in &mut axes {
-            let is_side = |side: &&str| file.text(&format!("boundary/{side}")).as_ref() == Some(&axis.name);
-            let side = ["x", "y"].into_iter().find(is_side);
-            let spacing = side.and_then(|side| file.text(&format!("boundary/{side}_spacing")));
-            axis.logarithmic = axis.is_logarithmic(spacing.map(|spacing| spacing == "log"));
-        }
-        let own = |name: &&String| {
-            let axis = axes.iter().any(|axis| axis.name == **name);
-            !axis && !matches!(name.as_str(), "status" | "point" | "checksums")
-        };
-        let mut quantities = Vec::new();
-        for name in names.iter().filter(own) {
-            quantities.push(column(name, file.values(name)?, Vec::new()));
+            let mut traced = None;
+            for side in ["x", "y"] {
+                if file.text(&format!("boundary/{side}"))?.as_ref() == Some(&axis.name) {
+                    traced = file.text(&format!("boundary/{side}_spacing"))?;
+                }
+            }
+            axis.logarithmic = axis.is_logarithmic(traced.map(|spacing| spacing == "log"));
         }
         let uneven = axes.iter().any(|axis| axis.values.len() != count)
             || quantities.iter().any(|quantity| quantity.values.len() != count);
@@ -244,23 +238,20 @@ impl StudyData {
         let meta = |name: &str| file.text(&format!("{}/{name}", group::META));
         let words = |text: String| text.split(' ').map(str::to_owned).collect();
         // The first word of a criterion is its quantity.
-        let criterion = || {
-            Some(vec![
-                file.text("boundary/criterion")?.split_whitespace().next()?.to_owned(),
-            ])
-        };
+        let criterion = file.text("boundary/criterion")?;
+        let criterion = criterion.and_then(|text| Some(vec![text.split_whitespace().next()?.to_owned()]));
         Ok(StudyData {
             path: file.path().to_owned(),
-            title: file.text("title").unwrap_or_default(),
-            complete: file.text("status").as_deref() == Some("complete"),
+            title: file.text("title")?.unwrap_or_default(),
+            complete: file.text("status")?.as_deref() == Some("complete"),
             axes,
             is_grid,
             quantities,
             status,
-            asked: meta(META_SHOW).map(words).or_else(criterion).unwrap_or_default(),
+            asked: meta(META_SHOW)?.map(words).or(criterion).unwrap_or_default(),
             failures: file.failures()?,
-            command: meta(META_POINT_COMMAND),
-            default_tolerance: file.number(&format!("{}/default_rtol", group::META)),
+            command: meta(META_POINT_COMMAND)?,
+            default_tolerance: file.number(&format!("{}/default_rtol", group::META))?,
         })
     }
 

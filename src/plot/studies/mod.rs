@@ -87,11 +87,11 @@ pub const ENTRIES: [StudyEntry; 6] = [
 /// # Errors
 /// The file is unreadable, a quantity, axis or value is unknown, or there is nothing to draw.
 pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> {
-    if choice.is_empty() && file.text("boundary/x").is_some() {
+    if choice.is_empty() && file.text("boundary/x")?.is_some() {
         return Ok(vec![super::critical::figure(file)?]);
     }
     let data = StudyData::read(file)?;
-    if choice.is_empty() && !file.variables("calibration").is_empty() {
+    if choice.is_empty() && !file.names("calibration")?.is_empty() {
         return region::figures(file, &data);
     }
     let mut figures = Vec::new();
@@ -108,7 +108,7 @@ pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> 
             figures.push(figure);
             continue;
         }
-        let traced = file.text("boundary/x").is_some();
+        let traced = file.text("boundary/x")?.is_some();
         if choice.axes.is_none() && !traced {
             figures.push(plane::samples(&data, quantity)?);
         }
@@ -122,7 +122,7 @@ pub fn figures(file: &StudyFile, choice: &Choice) -> Result<Vec<Figure>, Error> 
 
 /// The distribution of each drawn quantity over a sample. A grid has none, because its points are chosen.
 pub fn distributions(file: &StudyFile, choice: &Choice) -> Result<Vec<(StudyColumn, Distribution)>, Error> {
-    let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
+    let designed = file.is_grid()? || file.text("boundary/x")?.is_some() || !file.names("calibration")?.is_empty();
     if designed {
         return Ok(Vec::new());
     }

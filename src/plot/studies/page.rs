@@ -12,6 +12,7 @@ use crate::plot::{Error, critical, style};
 use std::path::Path;
 use stickslip_case::{Case, CaseSource};
 use stickslip_files::StudyFile;
+use stickslip_files::schema::INPUT_CASE;
 
 /// Largest number of messages of failed points.
 const MESSAGES: usize = 2_000;
@@ -71,7 +72,7 @@ pub fn write(file: &StudyFile, quantities: &[String], path: &Path, force: bool) 
             region: false,
         });
     }
-    if !file.variables("calibration").is_empty() {
+    if !file.names("calibration")?.is_empty() {
         let (region, residuals) = region::of_page(file, &data)?;
         overlays.extend(region);
         shown = residuals.map(|residuals| {
@@ -156,7 +157,7 @@ fn point_column(column: &StudyColumn, digits: Option<usize>) -> PointColumn {
 /// The digits that the tolerance of the runs leaves.
 fn digits(file: &StudyFile, data: &StudyData) -> usize {
     let of_case = || {
-        let case = CaseSource::result(file.path(), file.case_text()?);
+        let case = CaseSource::result(file.path(), file.input(INPUT_CASE).ok()??);
         Some(Case::read(&case, &[]).ok()?.solver.rtol)
     };
     let rtol = data.default_tolerance.or_else(of_case);

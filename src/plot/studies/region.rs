@@ -105,7 +105,7 @@ fn bounds(a: &RegionParameter, b: &RegionParameter) -> Curve {
 
 fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Error> {
     let count = data.axes.len();
-    let there = file.variables("calibration");
+    let there = file.names("calibration")?;
     let column = |name: &str| -> Result<Vec<f64>, Error> {
         if !there.iter().any(|known| known == name) {
             return Ok(vec![f64::NAN; count]);
@@ -131,7 +131,7 @@ fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Err
 fn largest_residuals(file: &StudyFile, data: &StudyData) -> Result<Vec<f64>, Error> {
     let column = |name: &str| file.numbers(&format!("targets/{name}"));
     let (value, half_width, role) = (column("value")?, column("half_width")?, column("role")?);
-    let names = file.flags("targets/target");
+    let names = file.variable("targets/target")?.flags;
     let mut worst = vec![0.0f64; data.status.len()];
     let mut held = 0;
     for (k, (_, name)) in names.iter().enumerate() {

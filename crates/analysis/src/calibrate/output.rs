@@ -11,8 +11,8 @@ use crate::sweep::{header, sweep_variables};
 use std::path::PathBuf;
 use stickslip_files::schema::Variable;
 use stickslip_files::{
-    CALIBRATION, DeclaredColumn, FileColumn, FileKind, Reservation, ResultError, Status, SweepLayout, SweepPlan,
-    SweepRow, SweepWriter, columns,
+    Addition, CALIBRATION, DeclaredColumn, FileColumn, FileKind, Reservation, ResultError, Status, SweepLayout,
+    SweepPlan, SweepRow, SweepWriter, columns,
 };
 
 /// Builder of a calibration; `start` finds the parameters and writes the file.
@@ -65,17 +65,22 @@ fn write(study: &CalibrationStudy, calibration: &Calibration, place: Reservation
         })?;
     }
     let units = study.runs.axes.iter().map(|axis| axis.unit.unwrap_or("1"));
-    let mut attributes = vec![("parameter_units", units.collect::<Vec<_>>().join(", "))];
-    attributes.push(("largest_residual", format!("{:?}", calibration.worst)));
+    let mut parameters = Addition::of_table(CALIBRATION, parameter_columns(study, calibration));
+    parameters.attribute("parameter_units", units.collect::<Vec<_>>().join(", "));
+    parameters.attribute("largest_residual", format!("{:?}", calibration.worst));
     if let Some(compromise) = &calibration.compromise {
-        attributes.push(("largest_residual_of_compromise", format!("{:?}", compromise.worst)));
+        parameters.attribute("largest_residual_of_compromise", format!("{:?}", compromise.worst));
     }
-    writer.add_table(CALIBRATION, &attributes, &parameter_columns(study, calibration))?;
+    writer.add(&parameters)?;
     let units = study.targets.iter().map(|target| target.unit);
-    let attributes = [("target_units", units.collect::<Vec<_>>().join(", "))];
-    writer.add_table("targets", &attributes, &target_columns(study, calibration))?;
+    let mut targets = Addition::of_table("targets", target_columns(study, calibration));
+    targets.attribute("target_units", units.collect::<Vec<_>>().join(", "));
+    writer.add(&targets)?;
     if !calibration.correlations.is_empty() {
-        writer.add_table("correlations", &[], &correlation_columns(study, calibration))?;
+        writer.add(&Addition::of_table(
+            "correlations",
+            correlation_columns(study, calibration),
+        ))?;
     }
     writer.finish(&Status::of(calibration.interrupted))
 }

@@ -14,7 +14,7 @@ use crate::sweep::journal_path;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use stickslip_case::Motion;
-use stickslip_files::schema::{CONTINUATION_FORMAT, META_POINT_COMMAND, Variable, attribute};
+use stickslip_files::schema::{CONTINUATION_FORMAT, META_POINT_COMMAND, Variable};
 use stickslip_files::{
     Addition, AttributeValue, DeclaredColumn, FileColumn, FileKind, Reservation, ResultError, Status, StudyFile,
     StudyHeader, columns, partial_path,
@@ -151,7 +151,7 @@ fn write(
         points(study, motion, explored),
         curves(study, explored),
     ];
-    header(study).write_continuation(&groups, place, &Status::of(explored.interrupted))
+    header(study).write(CONTINUATION_FORMAT, &groups, place, &Status::of(explored.interrupted))
 }
 
 fn header(study: &ContinuationStudy) -> StudyHeader {
@@ -330,10 +330,9 @@ impl Stored {
         let file = StudyFile::open(path, CONTINUATION_FORMAT)?;
         let missing = |what: &str| stickslip_files::Reason::Missing(what.to_owned()).of(path);
         let (points, branches) = (file.table("points")?, file.table("branches")?);
-        let given =
-            |group: &str, name: &str| Ok::<_, ResultError>(file.text_attribute(group, name)?.unwrap_or_default());
-        let unit = |variable: &str| given(variable, attribute::UNITS);
-        let text = |name: &str| file.text_attribute("points", name)?.ok_or_else(|| missing(name));
+        let given = |path: &str| Ok::<_, ResultError>(file.text(path)?.unwrap_or_default());
+        let unit = |variable: &str| Ok::<_, ResultError>(file.variable(variable)?.units);
+        let text = |name: &str| file.text(&format!("points/{name}"))?.ok_or_else(|| missing(name));
         let (number, keys) = (text("number")?, text("keys")?);
         let owner = points.column("branch")?;
         let (value, sequence) = (points.column(&number)?, points.column("sequence")?);
@@ -341,7 +340,7 @@ impl Stored {
         for column in POINT_COLUMNS {
             column.read(&points, &mut all)?;
         }
-        let sequences = file.words("points/sequence")?;
+        let sequences = file.variable("points/sequence")?.flags;
         let ((real, values), (imaginary, others)) = (points.matrix("real")?, points.matrix("imaginary")?);
         let (states, components) = points.matrix("state")?;
         if values != others {
@@ -390,9 +389,9 @@ impl Stored {
         let input = |name: &str| Ok::<_, ResultError>(file.input(name)?.unwrap_or_default());
         let settings = input("settings")?;
         Ok(Stored {
-            title: given("", "title")?,
-            complete: given("", "status")? == Status::Complete.name(),
-            modes_command: file.text_attribute("meta", META_POINT_COMMAND)?,
+            title: given("title")?,
+            complete: given("status")? == Status::Complete.name(),
+            modes_command: file.text(&format!("meta/{META_POINT_COMMAND}"))?,
             number: (
                 number.clone(),
                 keys.split(' ').map(str::to_owned).collect(),

@@ -3,7 +3,7 @@
 use super::axis::{ParameterAxis, Spacing};
 use super::study::{Design, Study};
 use stickslip_case::Setting;
-use stickslip_files::{FileColumn, ResultError, SweepWriter};
+use stickslip_files::{Addition, FileColumn, ResultError, SweepWriter};
 
 /// Part of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +84,6 @@ impl Boundaries {
             return Ok(());
         };
         let [x, y] = spec.plane.map(|k| &study.axes[k]);
-        let text = |name: &'static str, text: &str| (name, text.to_owned());
         let of_plane = "which values of the other axes";
         let places = |point: &str, line: &str, rows: &[(usize, usize)]| {
             vec![
@@ -123,15 +122,18 @@ impl Boundaries {
         let codes = points.iter().map(|point| point.branch as i8);
         columns.push(FileColumn::codes("branch", "which part of the line", codes, branches));
         let width = format!("{:e} of the range of the axis that was bisected", spec.width);
-        let attributes = [
-            text("criterion", &spec.criterion.text()),
-            text("x", &x.name),
-            text("y", &y.name),
-            text("x_spacing", spacing(x)),
-            text("y_spacing", spacing(y)),
-            text("width", &width),
-        ];
-        writer.add_table("boundary", &attributes, &columns)?;
+        let mut boundary = Addition::of_table("boundary", columns);
+        for (name, text) in [
+            ("criterion", spec.criterion.text().as_str()),
+            ("x", &x.name),
+            ("y", &y.name),
+            ("x_spacing", spacing(x)),
+            ("y_spacing", spacing(y)),
+            ("width", &width),
+        ] {
+            boundary.attribute(name, text);
+        }
+        writer.add(&boundary)?;
         let (limit, margin) = match study.slows_down() {
             true => ("linear_limit", "margin of steady sliding at standstill, N m s/rad"),
             false => (
@@ -156,7 +158,10 @@ impl Boundaries {
             columns.extend(outside(&rows));
             columns.push(x.column(points.iter().map(|row| row.1[0])));
             columns.push(y.column(points.iter().map(|row| row.1[1])));
-            writer.add_table(group, &[text("x", &x.name), text("y", &y.name)], &columns)?;
+            let mut contours = Addition::of_table(group, columns);
+            contours.attribute("x", &x.name);
+            contours.attribute("y", &y.name);
+            writer.add(&contours)?;
         }
         Ok(())
     }

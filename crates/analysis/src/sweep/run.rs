@@ -207,13 +207,13 @@ fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> Result<Swee
         None => {
             let file = StudyFile::open(path, schema::SWEEP_FORMAT)?;
             check_sound(path)?;
-            check(file.digest())?;
+            check(file.digest()?)?;
             (file.numbers("status")?.len() as u64, file.failures()?)
         }
         Some(expected) => {
             let file = ShardFile::open(path)?;
             check_sound(path)?;
-            check(file.digest())?;
+            check(file.digest()?)?;
             let (found, count) = (file.shard() + 1, file.partition().shards());
             if (found, count) != (expected.index(), expected.count()) {
                 let what = format!("holds another shard ({found} of {count}, not {expected})");

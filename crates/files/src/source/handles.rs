@@ -13,7 +13,7 @@ use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
 
-use super::{DatasetInfo, GroupMember, Holds, Object, Opening, probe};
+use super::{DatasetInfo, GroupMember, Holds, Object, Opening, joined, probe};
 use crate::Reason;
 use crate::attributes::AttributeValue;
 use crate::error::describe;
@@ -242,11 +242,13 @@ impl Handles {
         Ok(attributes)
     }
 
+    /// `None` without such an object or attribute.
     pub(super) fn attribute(&self, path: &str, name: &str) -> Answered<Option<AttributeValue>> {
-        match self.location(path)?.attr(name) {
-            Ok(attribute) => value_of(&attribute),
-            Err(_) => Ok(None),
-        }
+        let location = match self.location(path) {
+            Err(Reason::Damaged(_)) if !path.is_empty() => return Ok(None),
+            location => location?,
+        };
+        location.attr(name).map_or(Ok(None), |attribute| value_of(&attribute))
     }
 
     pub(super) fn look(&mut self, path: &str) -> Answered<Option<DatasetInfo>> {
@@ -558,12 +560,5 @@ fn varying_texts(object: &Container, unicode: bool) -> hdf5::Result<Vec<String>>
             let texts = object.read_raw::<VarLenAscii>()?;
             Ok(texts.iter().map(|text| lossy(text.as_bytes())).collect())
         }
-    }
-}
-
-pub(super) fn joined(group: &str, name: &str) -> String {
-    match group.trim_matches('/') {
-        "" => name.to_owned(),
-        group => format!("{group}/{name}"),
     }
 }

@@ -18,7 +18,7 @@ use super::attributes::AttributeValue;
 use super::schema::{StorageKind, Variable, attribute};
 use super::table::StoredNumber;
 use super::{Reason, ResultError, disk, raw, schema, target};
-use handles::{Answered, Handles, VALUES, joined};
+use handles::{Answered, Handles, VALUES};
 pub use probe::{probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 
 static FOLLOW_EXTERNAL: AtomicBool = AtomicBool::new(false);
@@ -256,6 +256,11 @@ impl FileSource {
         Ok(self.ask(|handles| handles.members(group))?.1)
     }
 
+    /// Whether the root has a member of this name.
+    pub(super) fn has(&self, name: &str) -> Result<bool, ResultError> {
+        Ok(self.members("")?.iter().any(|member| member.name == name))
+    }
+
     pub(super) fn attributes(&self, object: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
         self.ask(|handles| handles.attributes(object))
     }
@@ -339,8 +344,7 @@ impl FileSource {
         block: usize,
         take: &mut dyn FnMut(Vec<T>),
     ) -> Result<(), ResultError> {
-        let part: Vec<Range<usize>> = shape.iter().map(|&length| 0..length).collect();
-        self.blocks_of(path, &part, 0, block, take)
+        self.blocks_of(path, &whole(shape), 0, block, take)
     }
 
     /// Divides a part along dimension `along`. If a single index is too large, the next dimension is divided, too.
@@ -370,8 +374,12 @@ impl FileSource {
         Ok(())
     }
 
+    /// A scalar text; `None` if there is no such variable, or if it is no text of fixed length in UTF-8.
     pub(super) fn text(&self, path: &str) -> Result<Option<String>, ResultError> {
-        self.ask(|handles| handles.text(path))
+        match self.dataset(path)? {
+            Some(_) => self.ask(|handles| handles.text(path)),
+            None => Ok(None),
+        }
     }
 
     pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, ResultError> {
@@ -444,8 +452,7 @@ impl FileSource {
         self.walk(&mut |path, member| {
             match member.is {
                 Object::Group(_) => groups.push((path.to_owned(), Vec::new())),
-                // Earlier versions stored checksums next to the variables.
-                Object::Dataset(info) if !info.shape.is_empty() && member.name != "checksums" => {
+                Object::Dataset(info) if !info.shape.is_empty() && member.name != schema::SUMS => {
                     let of = path.rsplit_once('/').map_or("", |(group, _)| group);
                     if let Some(group) = groups.iter_mut().rev().find(|group| group.0 == of) {
                         group.1.push((path.to_owned(), info));
@@ -570,9 +577,20 @@ impl TableReader<'_> {
         if info.shape.len() != dimensions || info.shape[0] != self.rows {
             return Err(uneven(&path, &info.shape, &[self.rows]).of(self.source.path()));
         }
-        let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
-        Ok((self.source.read(&path, &all)?, info.shape))
+        Ok((self.source.read(&path, &whole(&info.shape))?, info.shape))
     }
+}
+
+pub(super) fn joined(group: &str, name: &str) -> String {
+    match group.trim_matches('/') {
+        "" => name.to_owned(),
+        group => format!("{group}/{name}"),
+    }
+}
+
+/// The part of a dataset of this shape that is all of it.
+pub(super) fn whole(shape: &[usize]) -> Vec<Range<usize>> {
+    shape.iter().map(|&length| 0..length).collect()
 }
 
 /// The error of a variable whose shape does not fit the columns of its table.

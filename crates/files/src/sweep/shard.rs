@@ -95,7 +95,7 @@ impl ShardFile {
             _ => None,
         };
         let shape = shape.ok_or_else(|| damaged(SHAPE))?;
-        let layout = match inner.text(LAYOUT).as_deref() {
+        let layout = match inner.text(LAYOUT)?.as_deref() {
             Some("grid") => SweepLayout::Grid,
             Some("table") => SweepLayout::Table,
             _ => return Err(damaged(LAYOUT)),
@@ -142,8 +142,8 @@ impl ShardFile {
         &self.partition
     }
 
-    /// Digest of the study.
-    pub fn digest(&self) -> Option<String> {
+    /// Digest of the study. Fails if it is unreadable.
+    pub fn digest(&self) -> Result<Option<String>, ResultError> {
         self.inner.digest()
     }
 
@@ -160,11 +160,13 @@ impl ShardFile {
     }
 
     fn event_form(&self) -> Result<Option<EventForm>, ResultError> {
-        let members = self.inner.source.members("")?;
-        if !members.iter().any(|member| member.name == EVENTS.0) {
+        if !self.inner.source.has(EVENTS.0)? {
             return Ok(None);
         }
-        let motion = self.inner.text_attribute(schema::group::META, schema::META_MOTION)?;
+        let motion = self
+            .inner
+            .source
+            .text_attribute(schema::group::META, schema::META_MOTION)?;
         Ok(Some(EventForm {
             numbers_parts: motion.is_some(),
             translation: motion.as_deref() == Some(schema::TRANSLATION),
@@ -172,12 +174,9 @@ impl ShardFile {
     }
 
     pub(super) fn header(&self) -> Result<StudyHeader, ResultError> {
-        let text = |name: &str| self.inner.text(name).ok_or_else(|| self.inner.missing(name));
-        let input = |name: &str| {
-            let name = format!("{}/{name}", schema::group::INPUT);
-            self.inner.dataset(&name)?;
-            self.inner.source.text(&name)?.ok_or_else(|| self.inner.missing(&name))
-        };
+        let text = |name: &str| self.inner.text(name)?.ok_or_else(|| self.inner.missing(name));
+        let missing = |name: &str| self.inner.missing(&format!("{}/{name}", schema::group::INPUT));
+        let input = |name: &str| self.inner.input(name)?.ok_or_else(|| missing(name));
         let mut meta = Vec::new();
         for name in text(META)?.split_whitespace() {
             let value = self.inner.source.attribute(schema::group::META, name)?;
@@ -199,7 +198,7 @@ impl ShardFile {
 
     pub(super) fn plan(&self) -> Result<SweepPlan, ResultError> {
         let names = |list: &str| -> Result<Vec<String>, ResultError> {
-            let text = self.inner.text(list).ok_or_else(|| self.inner.missing(list))?;
+            let text = self.inner.text(list)?.ok_or_else(|| self.inner.missing(list))?;
             let names: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
             if names.is_empty() || names.len() > NAMES {
                 let what = format!("usable attribute {list}: 1 to {NAMES} names");
@@ -211,7 +210,7 @@ impl ShardFile {
         for name in names(AXES)? {
             let described = self.inner.source.described(&name).unwrap_or_default();
             axes.push(SweepAxis {
-                keys: self.inner.attribute(&name, "keys").unwrap_or_default(),
+                keys: self.inner.text(&format!("{name}/keys"))?.unwrap_or_default(),
                 values: match self.layout {
                     SweepLayout::Grid => self.inner.numbers(&format!("{AXES_GROUP}/{name}"))?,
                     SweepLayout::Table => Vec::new(),

@@ -9,9 +9,9 @@ use super::{BLOCK, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, Swe
 use crate::attributes::{describe, describe_text, write_attribute};
 use crate::schema::{self, Variable};
 use crate::study::StudyHeader;
-use crate::table::{ColumnValues, TableWriter, compressed, create_empty, create_group, with_type};
+use crate::table::{ColumnValues, TableWriter, compressed, create_empty, with_type};
 use crate::target::{self, Reservation};
-use crate::{FileColumn, ResultError, Status, raw};
+use crate::{Addition, FileColumn, ResultError, Status, raw};
 
 /// Writer of one sweep file, which has a hidden name until it is complete.
 pub struct SweepWriter {
@@ -62,19 +62,9 @@ impl SweepWriter {
         pushed.map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
 
-    /// Adds a group with a table. Its first column is the dimension.
-    pub fn add_table(
-        &mut self,
-        group: &str,
-        attributes: &[(&str, String)],
-        columns: &[FileColumn],
-    ) -> Result<(), ResultError> {
-        let added = create_group(&self.file, group).and_then(|group| {
-            for (name, text) in attributes {
-                write_attribute(&group, name, text)?;
-            }
-            write_columns(&group, columns).map(drop)
-        });
+    /// Adds a group with a table.
+    pub fn add(&mut self, table: &Addition) -> Result<(), ResultError> {
+        let added = table.write(&self.file);
         added.map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
 
@@ -229,15 +219,15 @@ impl PointColumns {
         }
         let (numbers, texts): (Vec<i64>, Vec<String>) = self.failures.drain(..).unzip();
         let (group, dimension) = FAILURES;
-        let group = create_group(file, group)?;
-        let columns = [
+        let columns = vec![
             FileColumn::counts(dimension, "index of the failure", 0..numbers.len() as i64),
             FileColumn::counts(POINT, "number of the point", numbers),
         ];
-        let index = write_columns(&group, &columns)?;
+        Addition::of_table(group, columns).write(file)?;
+        let group = file.group(group)?;
         let message = raw::write_texts(&group, "message", &texts)?;
         describe_text(&message, "1", "why the point failed")?;
-        index.map_or(Ok(()), |index| raw::attach_scale(&message, &index, 0))
+        raw::attach_scale(&message, &group.dataset(dimension)?, 0)
     }
 }
 
@@ -266,21 +256,4 @@ fn create(group: &Group, variable: &Variable, shape: &[usize]) -> hdf5::Result<D
 /// Number of points for each index of the first dimension.
 fn inner(shape: &[usize]) -> usize {
     shape.iter().skip(1).product::<usize>().max(1)
-}
-
-/// Writes a table, and returns its first column, which is the dimension.
-fn write_columns(group: &Group, columns: &[FileColumn]) -> hdf5::Result<Option<Dataset>> {
-    let mut scale: Option<Dataset> = None;
-    for FileColumn { variable, values } in columns {
-        let dataset = create(group, variable, &[values.len()])?;
-        values.write(&dataset)?;
-        match &scale {
-            Some(scale) => raw::attach_scale(&dataset, scale, 0)?,
-            None => {
-                raw::set_scale(&dataset, &variable.name)?;
-                scale = Some(dataset);
-            }
-        }
-    }
-    Ok(scale)
 }

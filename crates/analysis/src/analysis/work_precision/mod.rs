@@ -24,11 +24,10 @@ use std::time::{Duration, Instant};
 use stickslip_case::{Case, ExactCase};
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, RunReport};
-use stickslip_files::schema::{
-    INPUT_RESOLVED, SHORT_CHUNK, TableSchema, Variable, WORK_PRECISION_FORMAT, group, kind_flags,
-};
+use stickslip_files::schema::{INPUT_RESOLVED, Variable, WORK_PRECISION_FORMAT, group, kind_flags};
 use stickslip_files::{
-    DeclaredColumn, FileKind, Reason, Reservation, ResultError, Status, StudyFile, StudyHeader, columns, quantity,
+    Addition, DeclaredColumn, FileColumn, FileKind, Reason, Reservation, ResultError, Status, StudyFile, StudyHeader,
+    columns,
 };
 use stickslip_oracle::{OracleRequest, solve};
 use stickslip_system::record::{Event, EventKind, NoRecorder};
@@ -434,47 +433,40 @@ impl StudyResult {
             }
         }
         let words = methods.iter().map(|method| method.name().to_owned());
-        let mut variables = vec![
-            Variable::index("run", "index of the run"),
-            Variable::words("method", "integration method", (0..).zip(words).collect()),
-        ];
-        variables.extend(RUN_COLUMNS.iter().map(|column| (column.variable)()));
-        let runs = self.measurements.iter().enumerate().map(|(index, run)| {
-            let method = methods.iter().position(|&method| method == run.method);
-            let head = [index as f64, method.unwrap_or_default() as f64];
-            head.into_iter()
-                .chain(RUN_COLUMNS.iter().map(|column| (column.get)(run)))
-                .collect()
-        });
-        let reference = &self.reference;
-        let events = reference.events.iter().zip(&reference.uncertainties).enumerate();
-        let events = events
-            .map(|(index, (&(kind, time), &uncertainty))| vec![index as f64, kind.code().into(), time, uncertainty]);
-        let of_events = vec![
-            Variable::index("event", "index of the event"),
-            Variable::code("kind", "what happened", &kind_flags()),
-            Variable::quantity("time", "s", "time"),
-            Variable::quantity("time_uncertainty", "s", "uncertainty of the time"),
-        ];
-        let uncertainties = UNCERTAINTIES.iter().flat_map(|one| {
-            let (value, variable) = ((one.get)(&self.uncertainty), (one.variable)());
-            quantity(&variable.name, value, &variable.units, &variable.long_name)
-        });
-        let description = ("description".to_owned(), reference.description.as_str().into());
-        let table = |group, variables| TableSchema {
-            group,
-            chunk: SHORT_CHUNK,
-            variables,
-        };
-        let tables = [
-            (table(group::RUNS, variables), runs.collect(), Vec::new()),
-            (
-                table(group::REFERENCE, of_events),
-                events.collect(),
-                std::iter::once(description).chain(uncertainties).collect(),
-            ),
-        ];
-        header.write_work_precision(&tables, place, &Status::of(self.interrupted))
+        let code = |run: &Measurement| methods.iter().position(|&method| method == run.method);
+        let codes = self.measurements.iter().map(|run| code(run).unwrap_or_default() as i8);
+        let mut runs = Addition::new(group::RUNS);
+        runs.dimension("run", self.measurements.len(), "index of the run");
+        let words = (0..).zip(words).collect();
+        let method = FileColumn::codes("method", "integration method", codes, words);
+        let columns = RUN_COLUMNS.iter().map(|column| column.of(&self.measurements));
+        for column in std::iter::once(method).chain(columns) {
+            runs.over(&["run"], column);
+        }
+        let PrecisionReference {
+            description,
+            events,
+            uncertainties,
+        } = &self.reference;
+        let mut reference = Addition::new(group::REFERENCE);
+        reference.attribute("description", description.as_str());
+        reference.quantities(
+            UNCERTAINTIES
+                .iter()
+                .map(|one| ((one.variable)(), (one.get)(&self.uncertainty))),
+        );
+        reference.dimension("event", events.len(), "index of the event");
+        let kinds = Variable::code("kind", "what happened", &kind_flags());
+        let uncertainties = uncertainties.iter().copied();
+        for column in [
+            FileColumn::new(kinds, events.iter().map(|event| event.0.code().into())),
+            FileColumn::numbers("time", "s", "time", events.iter().map(|event| event.1)),
+            FileColumn::numbers("time_uncertainty", "s", "uncertainty of the time", uncertainties),
+        ] {
+            reference.over(&["event"], column);
+        }
+        let status = Status::of(self.interrupted);
+        header.write(WORK_PRECISION_FORMAT, &[runs, reference], place, &status)
     }
 
     /// Reads title and results of a study for a figure, without the events of the reference.
@@ -484,7 +476,7 @@ impl StudyResult {
     pub fn read(path: &Path) -> Result<(String, StudyResult), ResultError> {
         let file = StudyFile::open(path, WORK_PRECISION_FORMAT)?;
         let runs = file.table(group::RUNS)?;
-        let methods = file.words("runs/method")?;
+        let methods = file.variable("runs/method")?.flags;
         let codes = runs.column("method")?.into_iter();
         let found = codes.map(|code| {
             let name = methods.get(code as usize).filter(|_| code >= 0.0);
@@ -499,10 +491,10 @@ impl StudyResult {
         }
         let mut uncertainty = MethodErrors::default();
         for one in UNCERTAINTIES {
-            let value = file.number_attribute(group::REFERENCE, &(one.variable)().name)?;
+            let value = file.number(&format!("{}/{}", group::REFERENCE, (one.variable)().name))?;
             (one.set)(&mut uncertainty, value.unwrap_or(f64::NAN));
         }
-        let description = file.text_attribute(group::REFERENCE, "description")?;
+        let description = file.text(&format!("{}/description", group::REFERENCE))?;
         let result = StudyResult {
             reference: PrecisionReference {
                 description: description.unwrap_or_default(),
@@ -513,6 +505,6 @@ impl StudyResult {
             measurements,
             interrupted: false,
         };
-        Ok((file.text_attribute("", "title")?.unwrap_or_default(), result))
+        Ok((file.text("title")?.unwrap_or_default(), result))
     }
 }
