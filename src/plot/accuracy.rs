@@ -54,15 +54,15 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
             let at_floor = |points: Vec<(f64, f64)>| points.into_iter().map(|(x, y)| (x, y.max(LEAST_ERROR))).collect();
             let below: Vec<(f64, f64)> = at_floor(below);
             curves.push(Curve::line(&s.label, color, at_floor(points)).styled(style));
-            curves.push(Curve::line("", color, told).styled(CurveStyle::Points));
-            curves.push(Curve::line("", color, untold.clone()).styled(CurveStyle::OpenPoints));
+            curves.push(Curve::filled("", color, told));
+            curves.push(Curve::open("", color, untold.clone()));
             curves.push(Curve::line("", color, below.clone()).styled(CurveStyle::Marks(TIP_DOWN)));
             within.extend(untold);
             without.extend(below);
         }
         // Names for the marks of all methods, below those.
         let of_all = [
-            Curve::line("within uncertainty", BLACK, within).styled(CurveStyle::OpenPoints),
+            Curve::open("within uncertainty", BLACK, within),
             Curve::line(BELOW_LEAST_ERROR, BLACK, without).styled(CurveStyle::Marks(TIP_DOWN)),
         ];
         curves.splice(0..0, of_all);
@@ -71,7 +71,7 @@ pub fn work_precision_figure(title: &str, result: &StudyResult) -> Figure {
             (low, uncertainty.max(LEAST_ERROR)),
             (high, uncertainty.max(LEAST_ERROR)),
         ];
-        curves.push(Curve::line("uncertainty of reference", GREY, line).styled(CurveStyle::Dashed));
+        curves.push(Curve::dashed("uncertainty of reference", GREY, line));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), drawn(curves))
     };
     // Both panels share an axis. Only the first one also shows runs with another sequence of events.
@@ -143,7 +143,7 @@ pub fn onset_figure(title: &str, onsets: &[Onset]) -> Figure {
                 .filter_map(|onset| Some((onset.rtol, value(onset.first_stick?)?)))
                 .collect();
             curves.push(Curve::line(method.name(), color, points.clone()));
-            curves.push(Curve::line("", color, points).styled(CurveStyle::Points));
+            curves.push(Curve::filled("", color, points));
         }
         drawn(curves)
     };

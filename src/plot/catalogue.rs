@@ -5,7 +5,7 @@ use super::entry::FigureForm::{CloseUp, Orbit, Own, Spiral, Whole};
 use super::entry::{
     CatalogueEntry, Drawn, FigureOutcome, FigureView, NO_CYCLE, NoFigure, PORTRAIT, Subject, Undrawn, View, entry,
 };
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::figure::{Axis, Curve, Figure, Panel};
 use super::labels::in_translation;
 use super::law;
 use super::own::{over_time, phase_of_each};
@@ -421,15 +421,15 @@ fn durations(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
         } else {
             (VERMILLION, BLUE, String::new())
         };
-        curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
-        curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
+        curves.push(Curve::filled(&format!("{prefix}sticks"), stick_color, sticks));
+        curves.push(Curve::open(&format!("{prefix}slips"), slip_color, slips));
         // Sticks become longer before a stop. A periodic motion has no trend to fit.
         if !several && run.stops() {
             let durations: Vec<f64> = cycles.iter().map(|c| c.stick_duration).collect();
             if let Some(fit) = ExponentialFit::of(&durations) {
                 let line = (0..durations.len()).map(|k| (k as f64, fit.first * fit.factor.powi(k as i32)));
                 let label = format!("exponential, ×{:.3} per stick, R² = {:.3}", fit.factor, fit.r_squared);
-                curves.push(Curve::line(&label, GREY, line.collect()).styled(CurveStyle::Dashed));
+                curves.push(Curve::dashed(&label, GREY, line.collect()));
             }
         }
     }

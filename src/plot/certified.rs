@@ -75,11 +75,11 @@ fn events(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
         .into_iter()
         .map(|(k, error)| (k, error.max(LEAST_ERROR)))
         .collect();
-    curves.push(Curve::line("true error, by the exact solver", VERMILLION, differing).styled(CurveStyle::OpenPoints));
+    curves.push(Curve::open("true error, by the exact solver", VERMILLION, differing));
     curves.push(Curve::line(BELOW_LEAST_ERROR, BLUE, below).styled(CurveStyle::Marks(TIP_DOWN)));
     let unconverged = (0..uncertainty.len()).filter(|&k| !uncertainty[k].is_finite());
     let unconverged = unconverged.map(|k| (k as f64, 2.0 * LEAST_ERROR)).collect();
-    curves.push(Curve::line("not converged", ORANGE, unconverged).styled(CurveStyle::OpenPoints));
+    curves.push(Curve::open("not converged", ORANGE, unconverged));
     let last = run.events.len().max(2) as f64;
     let x = || Axis::new("event, from 0", "1").ranging(-1.0, last);
     let mut panels = vec![Panel::new(

@@ -3,15 +3,13 @@
 
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn};
 use super::own::{over_time, time_axis};
-use super::run::DrawnRun;
+use super::run::{BUCKETS, DrawnRun};
 use super::style::{BLACK, BLUE, VERMILLION};
 use super::thinning::MinMax;
 use crate::Error;
 use std::path::Path;
 use stickslip_compare::{Comparison, Mapping, Reference};
 use stickslip_system::record::sequence::Fault;
-
-const BUCKETS: usize = 1200;
 
 /// Most samples of a candidate in a window for which points are drawn.
 const FEW: usize = 150;
@@ -270,14 +268,13 @@ fn by_event(comparison: &Comparison) -> Option<Figure> {
         there.map(|difference| (difference.position as f64, largest)).collect()
     };
     let curves = drawn([
-        Curve::line("the candidate is late", VERMILLION, late).styled(CurveStyle::Points),
-        Curve::line("the candidate is early", BLUE, early).styled(CurveStyle::Points),
-        Curve::line(
+        Curve::filled("the candidate is late", VERMILLION, late),
+        Curve::filled("the candidate is early", BLUE, early),
+        Curve::open(
             "without a match (no error)",
             BLACK,
             of_fault(&[Fault::Missing, Fault::Spurious]),
-        )
-        .styled(CurveStyle::OpenPoints),
+        ),
     ]);
     let last = events.iter().map(|event| event.position).max().unwrap_or(0) as f64;
     let x = Axis::new("event of the reference", "1").ranging(-0.03 * last - 0.5, 1.03 * last + 0.5);

@@ -247,6 +247,18 @@ impl Curve {
         Curve::pieces(label, color, vec![points])
     }
 
+    pub(super) fn dashed(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Curve {
+        Curve::line(label, color, points).styled(CurveStyle::Dashed)
+    }
+
+    pub(super) fn filled(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Curve {
+        Curve::line(label, color, points).styled(CurveStyle::Points)
+    }
+
+    pub(super) fn open(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Curve {
+        Curve::line(label, color, points).styled(CurveStyle::OpenPoints)
+    }
+
     pub(crate) fn pieces(label: &str, color: RGBColor, pieces: Vec<Vec<(f64, f64)>>) -> Curve {
         Curve {
             label: label.to_owned(),

@@ -97,7 +97,7 @@ pub(super) fn friction_law(entry: &CatalogueEntry, subject: &Subject) -> Drawn {
     if !several {
         let within = critical_speeds(run).into_iter().filter(|&x| x <= end);
         let points = within.map(|x| (x, coefficient(trains, &trains.law, x))).collect();
-        curves.push(Curve::line("critical speed", BLACK, points).styled(CurveStyle::OpenPoints));
+        curves.push(Curve::open("critical speed", BLACK, points));
     }
     let x = Axis::new("relative velocity", units)
         .with_symbol(&format!("|{symbol}|"))
@@ -120,7 +120,7 @@ pub fn modes_figure(title: &str, motion: Motion, modes: &SlowingModes) -> Figure
         .effective_damping
         .last()
         .map_or(1.0, |point| point.relative_velocity);
-    let zero = || Curve::line("", GREY, vec![(0.0, 0.0), (end, 0.0)]).styled(CurveStyle::Dashed);
+    let zero = || Curve::dashed("", GREY, vec![(0.0, 0.0), (end, 0.0)]);
     let mut damping = vec![zero(), Curve::line("effective damping", BLUE, curve(|p| p.damping))];
     let mut growth = vec![zero(), Curve::line("growth rate", VERMILLION, curve(|p| p.growth_rate))];
     let all = match modes.critical_speeds.as_slice() {

@@ -22,7 +22,7 @@ use stickslip_system::record::{Channels, Cycle, CycleStatistics, Event, EventKin
 const BLOCK: usize = 65_536;
 
 /// Number of buckets of a curve over time. They are narrower than the pixel columns at 300 dots per inch.
-const BUCKETS: usize = 1200;
+pub(super) const BUCKETS: usize = 1200;
 
 /// Number of samples per period of the fast motion that show the motion rather than the sampling.
 pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;

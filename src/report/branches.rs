@@ -78,11 +78,7 @@ impl<'a> BranchesReport<'a> {
             points: curve.points.len(),
         };
         BranchesReport {
-            status: if explored.interrupted {
-                "interrupted"
-            } else {
-                "complete"
-            },
+            status: super::status(explored.interrupted),
             file: report.file.display().to_string(),
             study: study.head.source.label(),
             title: &study.head.title,

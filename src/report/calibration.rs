@@ -115,7 +115,7 @@ impl<'a> CalibrationReport<'a> {
         });
         let mut roles = found.targets.iter().map(|target| target.role);
         CalibrationReport {
-            status: if found.interrupted { "interrupted" } else { "complete" },
+            status: super::status(found.interrupted),
             file: file.display().to_string(),
             case: case.map(|path| path.display().to_string()),
             study: study.runs.head.source.label(),
@@ -229,7 +229,6 @@ impl Report for CalibrationReport<'_> {
             .text("", |one| one.role.name())
             .done();
         let verdict = Some(self.verdict().join("\n")).filter(|lines| !lines.is_empty());
-        let files = std::iter::once(&self.file).chain(&self.case);
         Page::new(
             self.title,
             format!("{} runs in {:.1} s{failed}", self.runs, self.wall_time),
@@ -237,6 +236,6 @@ impl Report for CalibrationReport<'_> {
         .with_all(verdict)
         .with(parameters)
         .details([targets])
-        .with(files.cloned().collect::<Vec<_>>().join("\n"))
+        .with_files(std::iter::once(&self.file).chain(&self.case))
     }
 }

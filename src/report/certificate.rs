@@ -51,8 +51,7 @@ impl Report for CertifyReport<'_> {
         if let Some(exact) = &certified.exact {
             page = page.details([work_of(exact)]).details([exact_events(exact)]);
         }
-        let files = std::iter::once(&self.file).chain(&self.figure);
-        page.with(files.cloned().collect::<Vec<_>>().join("\n"))
+        page.with_files(std::iter::once(&self.file).chain(&self.figure))
     }
 }
 

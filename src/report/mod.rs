@@ -117,6 +117,12 @@ impl Page {
         self
     }
 
+    /// Adds the names of files, a line each.
+    pub fn with_files<'a>(self, files: impl IntoIterator<Item = &'a String>) -> Page {
+        let files: Vec<&str> = files.into_iter().map(String::as_str).collect();
+        self.with(files.join("\n"))
+    }
+
     /// Adds parts without blank lines before them. Below a detail they are details, too.
     pub fn below(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
         let is_detail = matches!(self.parts.last(), Some(PagePart::Detail(_)));
@@ -343,6 +349,11 @@ fn significant_digits(value: f64, digits: usize) -> String {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => text,
     }
+}
+
+/// The status of a computation in its document.
+fn status(interrupted: bool) -> &'static str {
+    if interrupted { "interrupted" } else { "complete" }
 }
 
 /// Least and largest of some numbers.

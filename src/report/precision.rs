@@ -32,7 +32,7 @@ struct ReferenceSummary<'a> {
 impl<'a> PrecisionReport<'a> {
     pub fn new(study: &'a PrecisionStudy, result: &'a StudyResult, file: &Path, figures: Vec<String>) -> Self {
         PrecisionReport {
-            status: if result.interrupted { "interrupted" } else { "complete" },
+            status: super::status(result.interrupted),
             file: file.display().to_string(),
             figures,
             title: &study.head.title,
@@ -56,7 +56,6 @@ impl Report for PrecisionReport<'_> {
         } = &self.reference;
         let [onset, last, all] = [unsure.onset, unsure.final_stick, unsure.largest]
             .map(|error| or_none(error, |e| format!("{} s", bound(e, 0))));
-        let files = std::iter::once(&self.file).chain(&self.figures);
         Page::new(self.title, format!("{}, {events} events", self.case))
             .with(most_accurate(self.runs))
             .details([table(self.runs, unsure)])
@@ -64,7 +63,7 @@ impl Report for PrecisionReport<'_> {
                 "{LEGEND}\nReference: {description}.\nIts uncertainty is {onset} (onset), {last} (final), {all} (all); an error in \
                  brackets is below it."
             )])
-            .with(files.cloned().collect::<Vec<_>>().join("\n"))
+            .with_files(std::iter::once(&self.file).chain(&self.figures))
     }
 }
 

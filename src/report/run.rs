@@ -55,11 +55,10 @@ impl Report for RunSummary<'_> {
             .witness
             .iter()
             .flat_map(|witness| std::iter::once(&witness.statement).chain(&witness.repeated));
-        let end: Vec<&str> = statements.chain([&self.file]).map(String::as_str).collect();
         Page::new(self.title, below_changes(self.changed, format!("{how}\n{events}")))
             .with(table(rows))
             .details([work(&summary.work)])
-            .with(end.join("\n"))
+            .with_files(statements.chain([&self.file]))
     }
 }
 

@@ -61,7 +61,7 @@ impl<'a> SweepSummary<'a> {
         let failures = report.failures.iter();
         let curves = report.boundaries.as_ref().map(|found| curves(study, found));
         SweepSummary {
-            status: if report.interrupted { "interrupted" } else { "complete" },
+            status: super::status(report.interrupted),
             file: report.file.display().to_string(),
             study,
             title: &study.head.title,

@@ -9,15 +9,44 @@ use toml_edit::{DocumentMut, Item, Table};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Resource {
-    pub path: String,
-    pub title: String,
-    pub media: &'static str,
+    pub path: &'static str,
     pub bytes: u64,
     pub sha256: String,
     pub schema: Option<Value>,
 }
 
 impl Resource {
+    pub(super) fn title(&self) -> &'static str {
+        match self.path {
+            "case.toml" => "The case as it was given",
+            "case.resolved.toml" => "The case with every parameter in SI and full precision",
+            "parameters.json" => "Every parameter in SI, with its unit and meaning",
+            "equations.md" => "The equations of motion, the modes of the contact and its transitions",
+            "events.csv" => "Every event, with its uncertainty and the states before and after it",
+            "exact-events.csv" => {
+                "Exact events as decimal texts, each with its true digits, by a multiprecision solution"
+            }
+            "sensitivities.csv" => "How the time of each event changes with each parameter",
+            "samples.csv" => "The states and forces at the samples of the run",
+            "example.py" => "Repeats the stick-slip by SciPy alone, and compares it with events.csv",
+            _ => "What this is, how to use and how to cite it",
+        }
+    }
+
+    fn extension(&self) -> &'static str {
+        self.path.rsplit_once('.').map_or("", |(_, extension)| extension)
+    }
+
+    fn media(&self) -> &'static str {
+        match self.extension() {
+            "toml" => "application/toml",
+            "json" => "application/json",
+            "csv" => "text/csv",
+            "py" => "text/x-python",
+            _ => "text/markdown",
+        }
+    }
+
     /// A name of letters, digits, points and hyphens. A table's name has no extension.
     fn name(&self) -> String {
         self.path.trim_end_matches(".csv").to_lowercase()
@@ -75,15 +104,13 @@ pub(super) fn data_package(about: &About, resources: &[Resource]) -> String {
         let mut found = json!({
             "name": resource.name(),
             "path": resource.path,
-            "title": resource.title,
-            "mediatype": resource.media,
+            "title": resource.title(),
+            "mediatype": resource.media(),
+            "format": resource.extension(),
             "encoding": "utf-8",
             "bytes": resource.bytes,
             "hash": format!("sha256:{}", resource.sha256),
         });
-        if let Some((_, extension)) = resource.path.rsplit_once('.') {
-            found["format"] = extension.into();
-        }
         if let Some(schema) = &resource.schema {
             found["profile"] = "tabular-data-resource".into();
             found["dialect"] = json!({ "delimiter": ",", "lineTerminator": "\n", "header": true });
@@ -116,7 +143,7 @@ fn license_page(id: &str) -> String {
 
 pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
     let reference = |id: &str| json!({ "@id": id });
-    let mut parts: Vec<Value> = resources.iter().map(|resource| reference(&resource.path)).collect();
+    let mut parts: Vec<Value> = resources.iter().map(|resource| reference(resource.path)).collect();
     parts.push(reference(super::DATA_PACKAGE));
     let mut root = json!({
         "@id": "./",
@@ -152,9 +179,9 @@ pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
         json!({
             "@id": resource.path,
             "@type": "File",
-            "name": resource.title,
-            "description": resource.title,
-            "encodingFormat": resource.media,
+            "name": resource.title(),
+            "description": resource.title(),
+            "encodingFormat": resource.media(),
             "contentSize": resource.bytes.to_string(),
         })
     };

@@ -11,7 +11,7 @@ mod describe;
 mod pages;
 
 use super::request::{Which, columns};
-use super::{BLOCK, ExportTable, Spool, formats};
+use super::{ExportTable, formats};
 use crate::Error;
 use crate::output::Product;
 use describe::Resource;
@@ -85,7 +85,7 @@ pub fn write(
         .tempdir_in(&parent)
         .map_err(failed)?;
     let resources = fill([made.path(), folder], &file, about, events)?;
-    let mut names: Vec<String> = resources.into_iter().map(|resource| resource.path).collect();
+    let mut names: Vec<String> = resources.iter().map(|resource| resource.path.to_owned()).collect();
     names.extend([DATA_PACKAGE.to_owned(), RO_CRATE.to_owned()]);
     if stop.load(Ordering::Relaxed) {
         return Ok(None);
@@ -209,77 +209,23 @@ fn fill(
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = ExportTable::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 
-    for (name, title, media, text) in [
-        (
-            "case.toml",
-            "The case as it was given",
-            "application/toml",
-            file.case_text()?,
-        ),
-        (
-            "case.resolved.toml",
-            "The case with every parameter in SI and full precision",
-            "application/toml",
-            file.resolved()?,
-        ),
-        (
-            "parameters.json",
-            "Every parameter in SI, with its unit and meaning",
-            "application/json",
-            describe::parameters(&file.resolved()?),
-        ),
-        (
-            "equations.md",
-            "The equations of motion, the modes of the contact and its transitions",
-            "text/markdown",
-            pages::equations(&about),
-        ),
-    ] {
-        package.text(name, title, media, &text)?;
-    }
-    package.table(
-        "events.csv",
-        "Every event, with its uncertainty and the states before and after it",
-        &events,
-        &["event"],
-    )?;
+    package.text("case.toml", &file.case_text()?)?;
+    package.text("case.resolved.toml", &file.resolved()?)?;
+    package.text("parameters.json", &describe::parameters(&file.resolved()?))?;
+    package.text("equations.md", &pages::equations(&about))?;
+    package.table("events.csv", &events, &["event"])?;
     if let Some(exact) = file.text_variable(group::CERTIFICATE, "oracle")? {
-        package.text(
-            "exact-events.csv",
-            "Exact events as decimal texts, each with its true digits, by a multiprecision solution",
-            "text/csv",
-            &exact,
-        )?;
+        package.text("exact-events.csv", &exact)?;
     }
     if let Some(table) = sensitivities(file)? {
-        package.table(
-            "sensitivities.csv",
-            "How the time of each event changes with each parameter",
-            &table,
-            &["event", "parameter"],
-        )?;
+        package.table("sensitivities.csv", &table, &["event", "parameter"])?;
     }
-    package.table(
-        "samples.csv",
-        "The states and forces at the samples of the run",
-        &samples,
-        &["time"],
-    )?;
+    package.table("samples.csv", &samples, &["time"])?;
     if about.example {
-        package.text(
-            "example.py",
-            "Repeats the stick-slip by SciPy alone, and compares it with events.csv",
-            "text/x-python",
-            pages::EXAMPLE,
-        )?;
+        package.text("example.py", pages::EXAMPLE)?;
     }
     let readme = pages::readme(&about, &package.resources);
-    package.text(
-        "README.md",
-        "What this is, how to use and how to cite it",
-        "text/markdown",
-        &readme,
-    )?;
+    package.text("README.md", &readme)?;
     let resources = package.resources;
     let described = [
         (DATA_PACKAGE, describe::data_package(&about, &resources)),
@@ -299,29 +245,26 @@ struct Package<'a> {
 }
 
 impl Package<'_> {
-    fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), Error> {
+    fn text(&mut self, name: &'static str, text: &str) -> Result<(), Error> {
         let failed = |error| Product::Table.failed(&self.called.join(name), "writing", error);
         fs::write(self.folder.join(name), text).map_err(failed)?;
-        self.add(name, title, media, None)
+        self.add(name, None)
     }
 
-    fn table(&mut self, name: &str, title: &str, table: &ExportTable, key: &[&'static str]) -> Result<(), Error> {
+    fn table(&mut self, name: &'static str, table: &ExportTable, key: &[&'static str]) -> Result<(), Error> {
         let called = self.called.join(name);
         let file = fs::File::create(self.folder.join(name));
         let file = file.map_err(|error| Product::Table.failed(&called, "writing", error))?;
         let names = table.columns.iter().map(|column| column.name.clone());
         formats::csv(&formats::csv_line(names), table, file, &called)?;
-        self.add(name, title, "text/csv", Some(describe::schema(&table.columns, key)))
+        self.add(name, Some(describe::schema(&table.columns, key)))
     }
 
-    fn add(&mut self, name: &str, title: &str, media: &'static str, schema: Option<Value>) -> Result<(), Error> {
-        let summed = summed(&self.folder.join(name));
-        let (bytes, sha256) =
-            summed.map_err(|error| Product::Table.failed(&self.called.join(name), "reading", error))?;
+    fn add(&mut self, path: &'static str, schema: Option<Value>) -> Result<(), Error> {
+        let failed = |error| Product::Table.failed(&self.called.join(path), "reading", error);
+        let (bytes, sha256) = summed(&self.folder.join(path)).map_err(failed)?;
         self.resources.push(Resource {
-            path: name.to_owned(),
-            title: title.to_owned(),
-            media,
+            path,
             bytes,
             sha256,
             schema,
@@ -379,20 +322,16 @@ fn sensitivities(file: &ResultFile) -> Result<Option<ExportTable<'static>>, Erro
         columns.push(Variable::quantity("time_sensitivity_uncertainty", "1", long_name));
     }
     let indices = |of: fn(usize, usize) -> usize| (0..rows * width).map(|place| of(place, width) as f64).collect();
-    let (event, parameter): (Vec<f64>, Vec<f64>) = (
+    let parameter: Vec<f64> = indices(|place, width| place % width);
+    let mut cells = vec![
         indices(|place, width| place / width),
-        indices(|place, width| place % width),
-    );
-    let mut cells = vec![event, parameter.clone(), parameter, values];
+        parameter.clone(),
+        parameter,
+        values,
+    ];
     cells.extend(uncertainty.map(|(mut uncertainty, _)| {
         uncertainty.resize(rows * width, f64::NAN);
         uncertainty
     }));
-    let mut spool = Spool::new()?;
-    for start in (0..rows * width).step_by(BLOCK) {
-        let block = start..(start + BLOCK).min(rows * width);
-        let block: Vec<Vec<f64>> = cells.iter().map(|column| column[block.clone()].to_vec()).collect();
-        spool.push(&block)?;
-    }
-    Ok(Some(spool.finish("sensitivities", columns)))
+    Ok(Some(ExportTable::of_columns("sensitivities", columns, cells)))
 }

@@ -103,7 +103,7 @@ pub(super) fn equations(about: &About) -> String {
 pub(super) fn readme(about: &About, resources: &[Resource]) -> String {
     let rows: String = resources
         .iter()
-        .map(|resource| format!("| [{0}]({0}) | {1} |\n", resource.path, resource.title))
+        .map(|resource| format!("| [{0}]({0}) | {1} |\n", resource.path, resource.title()))
         .collect();
     let uncertain = match about.events - about.certain {
         0 => String::new(),

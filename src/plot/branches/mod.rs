@@ -178,7 +178,7 @@ impl<'a> Branches<'a> {
         let stored = &self.stored;
         let mut curves = Vec::new();
         if let Some(runs) = &self.runs {
-            curves.push(Curve::line(&runs.label, ORANGE, runs.points(quantity)).styled(CurveStyle::Points));
+            curves.push(Curve::filled(&runs.label, ORANGE, runs.points(quantity)));
         }
         for (steady, what, color) in KINDS {
             for (stability, style) in STYLES {
@@ -225,11 +225,8 @@ impl<'a> Branches<'a> {
             return None;
         }
         let panel = Panel::new(self.number(), drawn_axis(name, unit, ""), curves);
-        Some(Figure::new(
-            SPECIAL_POINTS,
-            self.title("special points in two numbers"),
-            vec![panel],
-        ))
+        let title = self.title("special points in two numbers");
+        Some(Figure::new(SPECIAL_POINTS, title, vec![panel]))
     }
 }
 

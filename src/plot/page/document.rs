@@ -8,6 +8,7 @@ use crate::plot::portraits::{ShownPortrait, few_samples, shown};
 use crate::plot::run::{Sides, widest_gap};
 use crate::plot::{DrawnRun, Error};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::rc::Rc;
 use stickslip_analysis::analysis::certificate::Verdict;
 use stickslip_analysis::analysis::headline::{self, HeadlineRow, is_paper_case};
@@ -42,8 +43,8 @@ struct OneRun {
     /// mu_0 r, m, of forward and of backward sliding: multiplied by the contact force, the largest stick torque.
     breakaway_arms: Option<[f64; 2]>,
     torque_unit: &'static str,
-    modes: PageModes,
-    events: Events,
+    modes: Value,
+    events: Value,
     sparse: Sparse,
     remedy: Option<String>,
 }
@@ -56,80 +57,20 @@ pub(super) struct RunContent<'a> {
     natural_period: Option<f64>,
     beside_paper: bool,
     headline: Vec<HeadlineRow>,
-    certificate: Option<PageCertificate>,
-    certified: Option<PageCertified>,
+    certificate: Option<Value>,
+    certified: Option<Value>,
     provenance: Vec<(String, String)>,
     case_text: String,
     resolved: String,
-    cycles: Cycles,
+    cycles: Value,
     panels: &'a [PagePanel],
     portraits: &'a [PagePortrait],
     #[serde(skip_serializing_if = "Option::is_none")]
-    orbit: Option<PageOrbit>,
+    orbit: Option<Value>,
     notes: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) second: Option<Second>,
     pub(super) trajectory: Option<PageTrajectory>,
-}
-
-#[derive(Debug, Serialize)]
-struct PageCertificate {
-    attributes: Vec<(String, String)>,
-    columns: Vec<CertificateColumn>,
-}
-
-#[derive(Debug, Serialize)]
-struct PageCertified {
-    /// s; infinite or NaN: unknown.
-    uncertainty: Doubles,
-    verdict: Codes,
-    verdicts: Vec<&'static str>,
-}
-
-#[derive(Debug, Serialize)]
-struct CertificateColumn {
-    name: String,
-    unit: String,
-    description: String,
-    rows: usize,
-    values: Doubles,
-}
-
-/// Stretch k is from `start[k]` to `start[k + 1]`, or to the end of the run.
-#[derive(Debug, Serialize)]
-struct PageModes {
-    names: Vec<&'static str>,
-    start: Doubles,
-    code: Codes,
-}
-
-#[derive(Debug, Serialize)]
-struct Events {
-    /// Number in the file.
-    count: usize,
-    kinds: Vec<&'static str>,
-    time: Doubles,
-    kind: Codes,
-    mode_after: Codes,
-    /// N.
-    internal_force: Doubles,
-    states: Vec<EventState>,
-}
-
-/// Exact values of a channel on both sides of each event.
-#[derive(Debug, Serialize)]
-struct EventState {
-    name: String,
-    before: Doubles,
-    after: Doubles,
-}
-
-/// Stick-slip cycles: starts and durations, s.
-#[derive(Debug, Serialize)]
-struct Cycles {
-    start: Doubles,
-    stick_duration: Doubles,
-    slip_duration: Doubles,
 }
 
 #[derive(Debug, Serialize)]
@@ -165,7 +106,7 @@ impl OneRun {
             breakaway_arms: form.breakaway_arms(),
             torque_unit: form.torque_unit(),
             modes: modes(file, notes)?,
-            events: Events::of(listed(events, form), form, events.len()),
+            events: facts_of_events(listed(events, form), form, events.len()),
             sparse,
         })
     }
@@ -185,7 +126,7 @@ impl RunContent<'_> {
         }
         let mut orbit = None;
         if let Some(run) = form.run().filter(|run| !run.stops()) {
-            let (found, note) = PageOrbit::of(run)?;
+            let (found, note) = orbit_of(run)?;
             notes.extend(note);
             orbit = Some(found);
         }
@@ -219,7 +160,7 @@ fn listed<'a>(all: &'a [Event], form: &PageForm) -> &'a [Event] {
     &all[..all.len().min(room)]
 }
 
-fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError> {
+fn certificate(file: &ResultFile) -> Result<Option<Value>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
         return Ok(None);
     };
@@ -232,23 +173,23 @@ fn certificate(file: &ResultFile) -> Result<Option<PageCertificate>, ResultError
         let words = place(&name).map_or_else(|| name.replace('_', " "), |k| CERTIFICATE_WORDS[k].1.to_owned());
         (words, as_read(&rounded(value)))
     });
-    let columns = group
-        .columns
-        .into_iter()
-        .map(|(column, rows, values)| CertificateColumn {
-            name: column.name,
-            unit: column.units,
-            description: column.long_name,
-            rows,
-            values: values.into_iter().collect(),
-        });
-    Ok(Some(PageCertificate {
-        attributes: attributes.filter(|(_, value)| !value.is_empty()).collect(),
-        columns: columns.collect(),
-    }))
+    let attributes: Vec<_> = attributes.filter(|(_, value)| !value.is_empty()).collect();
+    let columns = group.columns.into_iter().map(|(column, rows, values)| {
+        json!({
+            "name": column.name,
+            "unit": column.units,
+            "description": column.long_name,
+            "rows": rows,
+            "values": Doubles::from_iter(values),
+        })
+    });
+    Ok(Some(
+        json!({ "attributes": attributes, "columns": columns.collect::<Vec<_>>() }),
+    ))
 }
 
-fn certified(file: &ResultFile, events: usize) -> Result<Option<PageCertified>, ResultError> {
+/// Uncertainties of the events (s; infinite or NaN: unknown), and their verdicts.
+fn certified(file: &ResultFile, events: usize) -> Result<Option<Value>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
         return Ok(None);
     };
@@ -257,10 +198,12 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<PageCertified>, 
     };
     let uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
     let whole = verdict.len() == events && uncertainty.len() >= events;
-    Ok(whole.then(|| PageCertified {
-        uncertainty: uncertainty.into_iter().take(events).collect(),
-        verdict: verdict.iter().map(|&code| code as i8).collect(),
-        verdicts: Verdict::WORDS.map(|(_, word)| word).into(),
+    Ok(whole.then(|| {
+        json!({
+            "uncertainty": Doubles::from_iter(uncertainty.into_iter().take(events)),
+            "verdict": Codes::from_iter(verdict.iter().map(|&code| code as i8)),
+            "verdicts": Verdict::WORDS.map(|(_, word)| word),
+        })
     }))
 }
 
@@ -307,40 +250,40 @@ fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
     text
 }
 
-impl Events {
-    /// `count`: number in the file.
-    fn of(events: &[Event], form: &PageForm, count: usize) -> Events {
-        let state = |(name, sides): &(String, Rc<Sides>)| EventState {
-            name: name.clone(),
-            before: sides.before.iter().take(events.len()).copied().collect(),
-            after: sides.after.iter().take(events.len()).copied().collect(),
-        };
-        Events {
-            count,
-            kinds: EventKind::ALL.iter().map(|kind| kind.name()).collect(),
-            time: events.iter().map(|event| event.time).collect(),
-            kind: events.iter().map(|event| event.kind.code()).collect(),
-            mode_after: events.iter().map(|event| event.mode_after.code()).collect(),
-            internal_force: events.iter().map(|event| event.internal_force).collect(),
-            states: form.sides.iter().map(state).collect(),
-        }
-    }
+/// Events with the exact values of channels on both sides of each. `count`: number in the file.
+fn facts_of_events(events: &[Event], form: &PageForm, count: usize) -> Value {
+    let first = |values: &[f64]| values.iter().take(events.len()).copied().collect::<Doubles>();
+    let state = |(name, sides): &(String, Rc<Sides>)| {
+        let (before, after) = (first(&sides.before), first(&sides.after));
+        json!({ "name": name, "before": before, "after": after })
+    };
+    json!({
+        "count": count,
+        "kinds": EventKind::ALL.map(EventKind::name),
+        "time": events.iter().map(|event| event.time).collect::<Doubles>(),
+        "kind": events.iter().map(|event| event.kind.code()).collect::<Codes>(),
+        "mode_after": events.iter().map(|event| event.mode_after.code()).collect::<Codes>(),
+        // N
+        "internal_force": events.iter().map(|event| event.internal_force).collect::<Doubles>(),
+        "states": form.sides.iter().map(state).collect::<Vec<_>>(),
+    })
 }
 
-/// The cycles that begin with one of `events`, which are the first of `all`.
-fn cycles(all: &[Event], events: &[Event]) -> Cycles {
+/// Starts and durations (s) of the cycles that begin with one of `events`, which are the first of `all`.
+fn cycles(all: &[Event], events: &[Event]) -> Value {
     let (_, cycles) = CycleStatistics::of_events(all.iter().map(|event| (event.time, event.kind)));
     let sticks = events.iter().filter(|event| event.kind == EventKind::Stick);
     let both = || sticks.clone().zip(&cycles);
-    Cycles {
-        start: both().map(|(stick, _)| stick.time).collect(),
-        stick_duration: both().map(|(_, cycle)| cycle.stick_duration).collect(),
-        slip_duration: both().map(|(_, cycle)| cycle.slip_duration).collect(),
-    }
+    json!({
+        "start": both().map(|(stick, _)| stick.time).collect::<Doubles>(),
+        "stick_duration": both().map(|(_, cycle)| cycle.stick_duration).collect::<Doubles>(),
+        "slip_duration": both().map(|(_, cycle)| cycle.slip_duration).collect::<Doubles>(),
+    })
 }
 
-/// Modes from the segments and, after the last one of an unfinished file, from the samples.
-fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<PageModes, ResultError> {
+/// Modes from the segments and, after the last one of an unfinished file, from the samples. Stretch k is from `start[k]`
+/// to `start[k + 1]`, or to the end of the run.
+fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Value, ResultError> {
     let (mut starts, mut codes) = (Vec::new(), Vec::new());
     let mut push = |time: f64, code: i8| {
         if codes.last() != Some(&code) {
@@ -370,95 +313,61 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<PageModes, Result
         // The rest has no colour.
         codes.push(-1);
     }
-    Ok(PageModes {
-        names: Mode::ALL.iter().map(|mode| mode.name()).collect(),
-        start: starts.into_iter().collect(),
-        code: codes.into_iter().collect(),
-    })
+    Ok(json!({
+        "names": Mode::ALL.map(Mode::name),
+        "start": Doubles::from_iter(starts),
+        "code": Codes::from_iter(codes),
+    }))
 }
 
 const POINTS: usize = 30_000;
 
-/// One period of the attractor, or the end of a run that is not periodic.
-#[derive(Debug, Serialize)]
-pub(super) struct PageOrbit {
-    id: &'static str,
-    heading: &'static str,
-    hint: String,
-    /// Start and end, s.
-    from: f64,
-    to: f64,
-    period: Option<f64>,
-    x: OrbitAxis,
-    y: OrbitAxis,
-    lines: Vec<OrbitLine>,
-}
-
-#[derive(Debug, Serialize)]
-struct OrbitAxis {
-    label: String,
-    unit: String,
-}
-
-#[derive(Debug, Serialize)]
-struct OrbitLine {
-    mode: &'static str,
-    x: Doubles,
-    y: Doubles,
-}
-
-impl PageOrbit {
-    /// The orbit of the figure `phase-portrait`, and a note on omitted points.
-    pub(super) fn of(run: &DrawnRun) -> Result<(PageOrbit, Option<String>), Error> {
-        let ShownPortrait { axes, window, periodic } = shown(run);
-        let period = run.attractor_period.filter(|_| periodic);
-        let (heading, span) = match period {
-            Some(period) => ("Last period", format!("the last {period:.6} s")),
-            None => ("Phase portrait", "the run".to_owned()),
-        };
-        let colours = match has_stick(&run.system) {
-            true => ": vermilion in stick, blue and purple in slip.",
-            false => ".",
-        };
-        let few = few_samples(run, window)?.map(|few| few.replacen("it", " It", 1) + ".");
-        let few = few.unwrap_or_default();
-        let over = run.axis(axes.0)?.name;
-        let window = run.shortened(window, POINTS)?;
-        let axis = |channel: &str| -> Result<OrbitAxis, Error> {
-            let axis = run.axis(channel)?;
-            Ok(OrbitAxis {
-                label: axis.short().to_owned(),
-                unit: axis.unit,
-            })
-        };
-        let (mut lines, mut room, mut cut) = (Vec::new(), POINTS, false);
-        for (mode, pieces) in run.portrait(axes.0, axes.1, window)? {
-            for mut piece in pieces {
-                cut |= piece.len() > room;
-                piece.truncate(room);
-                room -= piece.len();
-                lines.push(OrbitLine {
-                    mode: mode.name(),
-                    x: piece.iter().map(|point| point.0).collect(),
-                    y: piece.iter().map(|point| point.1).collect(),
-                });
-            }
+/// One period of the attractor, or the end of a run that is not periodic, as in the figure `phase-portrait`; and a note
+/// on omitted points.
+fn orbit_of(run: &DrawnRun) -> Result<(Value, Option<String>), Error> {
+    let ShownPortrait { axes, window, periodic } = shown(run);
+    let period = run.attractor_period.filter(|_| periodic);
+    let (heading, span) = match period {
+        Some(period) => ("Last period", format!("the last {period:.6} s")),
+        None => ("Phase portrait", "the run".to_owned()),
+    };
+    let colours = match has_stick(&run.system) {
+        true => ": vermilion in stick, blue and purple in slip.",
+        false => ".",
+    };
+    let few = few_samples(run, window)?.map(|few| few.replacen("it", " It", 1) + ".");
+    let few = few.unwrap_or_default();
+    let over = run.axis(axes.0)?.name;
+    let window = run.shortened(window, POINTS)?;
+    let axis = |channel: &str| -> Result<Value, Error> {
+        let axis = run.axis(channel)?;
+        Ok(json!({ "label": axis.short(), "unit": axis.unit }))
+    };
+    let (mut lines, mut room, mut cut) = (Vec::new(), POINTS, false);
+    for (mode, pieces) in run.portrait(axes.0, axes.1, window)? {
+        for mut piece in pieces {
+            cut |= piece.len() > room;
+            piece.truncate(room);
+            room -= piece.len();
+            let (x, y): (Vec<f64>, Vec<f64>) = piece.into_iter().unzip();
+            lines.push(json!({ "mode": mode.name(), "x": Doubles::from_iter(x), "y": Doubles::from_iter(y) }));
         }
-        let note =
-            cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
-        let orbit = PageOrbit {
-            id: "portrait-orbit",
-            heading,
-            hint: format!("Relative velocity over {over}, of {span}{colours}{few}"),
-            from: window.0,
-            to: window.1,
-            period,
-            x: axis(axes.0)?,
-            y: axis(axes.1)?,
-            lines,
-        };
-        Ok((orbit, note))
     }
+    let note =
+        cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
+    let orbit = json!({
+        "id": "portrait-orbit",
+        "heading": heading,
+        "hint": format!("Relative velocity over {over}, of {span}{colours}{few}"),
+        // s
+        "from": window.0,
+        "to": window.1,
+        "period": period,
+        "x": axis(axes.0)?,
+        "y": axis(axes.1)?,
+        "lines": lines,
+    });
+    Ok((orbit, note))
 }
 
 const MOST: usize = 5_000;

@@ -1,7 +1,8 @@
 //! A sweep file as data for figures: axes, points and quantities.
 
+use super::title;
 use crate::Error;
-use crate::plot::figure::{Axis, Cell, extent};
+use crate::plot::figure::{Axis, Cell, Figure, Panel, extent};
 use std::path::{Path, PathBuf};
 use stickslip_analysis::sweep::QUANTITIES;
 use stickslip_files::schema::{META_POINT_COMMAND, META_SHOW, Variable, group};
@@ -262,6 +263,11 @@ impl StudyData {
             let known: Vec<&str> = self.quantities.iter().map(|quantity| quantity.name.as_str()).collect();
             unknown(&self.path, "quantity", name, &known)
         })
+    }
+
+    /// A figure of the study, complete or not, with what it `shows` in its title.
+    pub(super) fn figure(&self, name: String, shows: &str, panels: Vec<Panel>) -> Figure {
+        Figure::new(name, title((&self.title, self.complete), shows), panels)
     }
 
     fn asked(&self) -> impl Iterator<Item = &StudyColumn> {

@@ -2,7 +2,7 @@
 //! dependence on each axis.
 
 use super::data::{self, StudyColumn, StudyData};
-use super::{Choice, refused, title};
+use super::{Choice, refused};
 use crate::Error;
 use crate::plot::critical::Boundary;
 use crate::plot::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel, drawn, extent};
@@ -63,11 +63,8 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyColumn, choice: &Choic
         panel.caption = caption;
         panels.push(panel);
     }
-    let title = title(
-        (&data.title, data.complete),
-        &format!("{}{}", quantity.long_name, selection.said()),
-    );
-    Ok(Figure::new(format!("map-{}", quantity.name), title, panels))
+    let shows = format!("{}{}", quantity.long_name, selection.said());
+    Ok(data.figure(format!("map-{}", quantity.name), &shows, panels))
 }
 
 /// The plane of the first two varying axes.
@@ -198,7 +195,7 @@ pub(super) fn dots(
         };
         curves.push(Curve::line(label, color, points).styled(style));
     }
-    curves.push(Curve::line("failed", BLACK, failed).styled(CurveStyle::OpenPoints));
+    curves.push(Curve::open("failed", BLACK, failed));
     let mut panel = Panel::new(data.axes[x].axis(), data.axes[y].axis(), drawn(curves));
     if let Some(boundary) = boundary {
         let same = [data.axes[x].name.as_str(), data.axes[y].name.as_str()] == [&boundary.x, &boundary.y];
@@ -223,11 +220,7 @@ pub(super) fn dots(
     if !beside.is_empty() && selection.held.is_empty() {
         words += &format!(", whatever {}", beside.join(", "));
     }
-    Ok(Figure::new(
-        format!("plane-{}", quantity.name),
-        title((&data.title, data.complete), &words),
-        vec![panel],
-    ))
+    Ok(data.figure(format!("plane-{}", quantity.name), &words, vec![panel]))
 }
 
 fn shade(key: &ColorKey, value: f64) -> usize {
@@ -269,15 +262,12 @@ fn curves(data: &StudyData, quantity: &StudyColumn, x: usize, selection: &Select
     let failed = failed.into_iter().map(|x| (x, lowest)).collect();
     let curves = drawn([
         line,
-        Curve::line("", BLUE, all).styled(CurveStyle::Points),
-        Curve::line("failed", VERMILLION, failed).styled(CurveStyle::OpenPoints),
+        Curve::filled("", BLUE, all),
+        Curve::open("failed", VERMILLION, failed),
     ]);
-    let title = title(
-        (&data.title, data.complete),
-        &format!("{}{}", quantity.long_name, selection.said()),
-    );
+    let shows = format!("{}{}", quantity.long_name, selection.said());
     let panels = vec![Panel::new(own.axis(), quantity.axis(), curves)];
-    Figure::new(format!("curves-{}", quantity.name), title, panels)
+    data.figure(format!("curves-{}", quantity.name), &shows, panels)
 }
 
 pub(super) struct Selection {
@@ -369,11 +359,7 @@ pub(super) fn samples(data: &StudyData, quantity: &StudyColumn) -> Result<Figure
     if all > AXES {
         words += &format!("; the {AXES} of {all} axes that matter most");
     }
-    Ok(Figure::new(
-        format!("samples-{}", quantity.name),
-        title((&data.title, data.complete), &words),
-        panels,
-    ))
+    Ok(data.figure(format!("samples-{}", quantity.name), &words, panels))
 }
 
 fn histogram(quantity: &StudyColumn, distribution: &Distribution) -> Panel {

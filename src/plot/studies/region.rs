@@ -1,7 +1,7 @@
 //! Region of a calibration: where the required targets are met, for each pair of parameters.
 
 use super::data::{StudyColumn, StudyData};
-use super::{refused, title};
+use super::refused;
 use crate::Error;
 use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel, drawn, extent};
 use crate::plot::html::Overlay;
@@ -88,10 +88,10 @@ pub(super) fn of_page(file: &StudyFile, data: &StudyData) -> Result<(Vec<Overlay
 }
 
 fn marks(a: &RegionParameter, b: &RegionParameter) -> Vec<Curve> {
-    let mut curves = vec![Curve::line("optimum", BLACK, vec![(a.optimum, b.optimum)]).styled(CurveStyle::Points)];
+    let mut curves = vec![Curve::filled("optimum", BLACK, vec![(a.optimum, b.optimum)])];
     if a.compromise.is_finite() && b.compromise.is_finite() {
         let compromise = vec![(a.compromise, b.compromise)];
-        curves.push(Curve::line("compromise", VERMILLION, compromise).styled(CurveStyle::OpenPoints));
+        curves.push(Curve::open("compromise", VERMILLION, compromise));
     }
     curves
 }
@@ -100,7 +100,7 @@ fn marks(a: &RegionParameter, b: &RegionParameter) -> Vec<Curve> {
 fn bounds(a: &RegionParameter, b: &RegionParameter) -> Curve {
     let (left, right, low, high) = (a.least, a.largest, b.least, b.largest);
     let frame = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
-    Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed)
+    Curve::dashed("least and largest", BLACK, frame)
 }
 
 fn found(file: &StudyFile, data: &StudyData) -> Result<Vec<RegionParameter>, Error> {
@@ -199,11 +199,7 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: 
         panels.push(close);
     }
     let name = format!("region-{}-{}", data.axes[a].name, data.axes[b].name);
-    Figure::new(
-        name,
-        title((&data.title, data.complete), &region_of(data, &[a, b])),
-        panels,
-    )
+    data.figure(name, &region_of(data, &[a, b]), panels)
 }
 
 /// What a figure shows: the region of these parameters, by their symbols or names.
@@ -278,15 +274,11 @@ fn alone(data: &StudyData, axis: &StudyColumn, found: &RegionParameter, worst: &
     let bounds = Curve::pieces("least and largest", BLACK, bounds).styled(CurveStyle::Dashed);
     let curves = vec![
         Curve::line("runs of the search", BLUE, points).styled(CurveStyle::Dots),
-        Curve::line("all held targets hold below", GREY, vec![(low, 1.0), (high, 1.0)]).styled(CurveStyle::Dashed),
+        Curve::dashed("all held targets hold below", GREY, vec![(low, 1.0), (high, 1.0)]),
         bounds,
-        Curve::line("optimum", VERMILLION, vec![(found.optimum, 1.0)]).styled(CurveStyle::Points),
+        Curve::filled("optimum", VERMILLION, vec![(found.optimum, 1.0)]),
     ];
     let residual = Axis::new("largest residual, half-widths", "1").by_powers();
     let panels = vec![Panel::new(side(axis, found), residual, curves)];
-    Figure::new(
-        "region",
-        title((&data.title, data.complete), &region_of(data, &[0])),
-        panels,
-    )
+    data.figure("region".to_owned(), &region_of(data, &[0]), panels)
 }
