@@ -144,10 +144,8 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     let name = request.table.name();
     let all = columns(file, request.table)?;
     if all.is_empty() {
-        return Err(Error::input(format!(
-            "{}: it has no /{name}; repeat the run",
-            file.path().display()
-        )));
+        let why = format!("it has no /{name}; repeat the run");
+        return Err(Error::of_file(file.path(), why));
     }
     let mut rows = 0..file.table_rows(name)?;
     if request.window != (f64::NEG_INFINITY, f64::INFINITY) {
@@ -167,18 +165,14 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
 }
 
 /// Refuses a window (s) outside the run, which extends over `span`.
-fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), Error> {
-    if window.0 <= span.1 && window.1 >= span.0 {
+fn check_window(file: &ResultFile, (from, to): (f64, f64), (start, end): (f64, f64)) -> Result<(), Error> {
+    if from <= end && to >= start {
         return Ok(());
     }
-    Err(Error::input(format!(
-        "{}: the window from {:?} to {:?} s has no part of the run, which goes from {:?} to {:?} s; give one that has",
-        file.path().display(),
-        window.0,
-        window.1,
-        span.0,
-        span.1
-    )))
+    let why = format!(
+        "the window from {from:?} to {to:?} s has no part of the run, which goes from {start:?} to {end:?} s; give one that has"
+    );
+    Err(Error::of_file(file.path(), why))
 }
 
 /// The `rows` whose times are in the window. For segments, those that overlap the window.

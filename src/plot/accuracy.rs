@@ -161,7 +161,6 @@ pub fn onset_figure(title: &str, onsets: &[Onset]) -> Figure {
     };
     let distance = |time: f64| Some((time - reference?).abs().max(LEAST_DISTANCE));
     let distances = Axis::new("distance", "s").by_powers();
-    let captioned = |caption: String, panel: Panel| Panel { caption, ..panel };
     // On this scale the curves may lie on each other.
     let kicked = extent(
         onsets
@@ -172,18 +171,16 @@ pub fn onset_figure(title: &str, onsets: &[Onset]) -> Figure {
     let coincide = times
         .zip(kicked)
         .is_some_and(|(all, kicked)| kicked.1 - kicked.0 < 0.01 * (all.1 - all.0));
-    let with_kick = match coincide {
-        true => "with the kick: all coincide".to_owned(),
-        false => "with the kick".to_owned(),
+    let with_kick = if coincide {
+        "with the kick: all coincide"
+    } else {
+        "with the kick"
     };
     let to_reference = format!("with the kick, against {}", METHODS[0].name());
     let panels = vec![
-        captioned(
-            "without a kick".to_owned(),
-            panel(first_stick(), curves(false, &Some, 0)),
-        ),
-        captioned(with_kick, panel(first_stick(), curves(true, &Some, 0))),
-        captioned(to_reference, panel(distances, curves(true, &distance, 1))),
+        panel(first_stick(), curves(false, &Some, 0)).captioned("without a kick"),
+        panel(first_stick(), curves(true, &Some, 0)).captioned(with_kick),
+        panel(distances, curves(true, &distance, 1)).captioned(to_reference),
     ];
     Figure::new(ONSET, format!("First stick against tolerance: {title}"), panels)
 }

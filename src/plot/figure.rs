@@ -347,6 +347,11 @@ impl Panel {
         }
     }
 
+    pub(super) fn captioned(self, caption: impl Into<String>) -> Panel {
+        let caption = caption.into();
+        Panel { caption, ..self }
+    }
+
     /// Range of the finite x or y of the curves; (0, 1) if there are none.
     pub(super) fn extent(&self, coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
         let of_curves = self.curves.iter().flat_map(Curve::points);

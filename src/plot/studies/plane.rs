@@ -57,14 +57,10 @@ pub(super) fn or_curves(data: &StudyData, quantity: &StudyColumn, choice: &Choic
             .push(format!("{} (one of {})", own.said(value), levels.len()));
     }
     let key = key(quantity, &selection.points);
-    let mut panels = Vec::new();
-    for (caption, points) in facets(data, &open, &selection.points) {
-        let mut panel = map(data, quantity, [x, y], &points, &key);
-        panel.caption = caption;
-        panels.push(panel);
-    }
+    let facets = facets(data, &open, &selection.points).into_iter();
+    let panels = facets.map(|(caption, points)| map(data, quantity, [x, y], &points, &key).captioned(caption));
     let shows = format!("{}{}", quantity.long_name, selection.said());
-    Ok(data.figure(format!("map-{}", quantity.name), &shows, panels))
+    Ok(data.figure(format!("map-{}", quantity.name), &shows, panels.collect()))
 }
 
 /// The plane of the first two varying axes.
@@ -147,14 +143,17 @@ fn map(data: &StudyData, quantity: &StudyColumn, [x, y]: [usize; 2], points: &[u
         let row = place(&rows, data.axes[y].values[point]);
         cells[row * columns.len() + column] = data.cell(point, quantity);
     }
-    let mut panel = Panel::new(x_axis, y_axis, Vec::new());
-    panel.map = Some(Map {
+    let key = key.clone();
+    let map = Some(Map {
         x_edges,
         y_edges,
         cells,
-        key: key.clone(),
+        key,
     });
-    panel
+    Panel {
+        map,
+        ..Panel::new(x_axis, y_axis, Vec::new())
+    }
 }
 
 pub(super) fn dots(

@@ -192,12 +192,8 @@ fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], worst: 
     let (x, y) = (near(a), near(b));
     let mut nearby = within(&curves, (&x, &y));
     nearby.extend(finite(bounds(&found[a], &found[b])));
-    let mut whole = Panel::new(x, y, nearby);
-    whole.caption = "near the region".to_owned();
-    let mut panels = vec![whole];
-    if let Some(close) = enlarged(data, [a, b], found, &curves) {
-        panels.push(close);
-    }
+    let mut panels = vec![Panel::new(x, y, nearby).captioned("near the region")];
+    panels.extend(enlarged(data, [a, b], found, &curves));
     let name = format!("region-{}-{}", data.axes[a].name, data.axes[b].name);
     data.figure(name, &region_of(data, &[a, b]), panels)
 }
@@ -253,9 +249,7 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[RegionParameter], cur
     let (x, y) = (window(a)?, window(b)?);
     let mut curves = within(curves, (&x, &y));
     curves.push(bounds(&found[a], &found[b]));
-    let mut panel = Panel::new(x, y, curves);
-    panel.caption = "the region, enlarged".to_owned();
-    Some(panel)
+    Some(Panel::new(x, y, curves).captioned("the region, enlarged"))
 }
 
 fn alone(data: &StudyData, axis: &StudyColumn, found: &RegionParameter, worst: &[f64]) -> Figure {
