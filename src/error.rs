@@ -188,8 +188,15 @@ impl From<CompareError> for Error {
 impl From<stickslip_analysis::Error> for Error {
     fn from(error: stickslip_analysis::Error) -> Self {
         match error.kind {
-            AnalysisKind::Case(error) => error.into(),
-            AnalysisKind::File(error) => error.into(),
+            // The message may say more than the error of the case.
+            AnalysisKind::Case(case) => Error {
+                text: error.message,
+                ..case.into()
+            },
+            AnalysisKind::File(file) => Error {
+                text: error.message,
+                ..file.into()
+            },
             AnalysisKind::Input => Error::input(error.message),
             _ => Error::computation(error.message),
         }

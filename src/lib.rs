@@ -32,18 +32,20 @@
 //! | `stickslip-case` | What does the text say? | -> `engine` (options of a run) | [`case`] |
 //! | `stickslip-analysis` | What did it come to, which digits are true, what moves what, what repeats? | -> `engine`, `oracle`, `files`, `case` | [`analysis`], [`cycle`], [`continuation`], [`sweep`], [`calibrate`], [`provenance`] |
 //! | `stickslip-compare` | What is wrong with that other solver? | -> `engine`, `files`, `case` | [`compare`] |
-//! | `stickslip` | What does one see and type? | -> all | `plot` (feature `plot`), `export` and `cli` (feature `cli`) |
+//! | `stickslip` | What does one see and type? | -> all | `plot` (feature `plot`), `comparing`, `report`, `export` and `cli` (feature `cli`) |
 //!
 //! It computes nothing itself, and reads no file but through the crates below it.
 
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "cli")]
+pub mod comparing;
+#[cfg(feature = "cli")]
 pub mod export;
 #[cfg(feature = "plot")]
 pub mod plot;
 #[cfg(feature = "cli")]
-mod report;
+pub mod report;
 
 #[cfg(feature = "plot")]
 mod error;
@@ -60,7 +62,7 @@ pub use stickslip_files as results;
 pub use stickslip_oracle as oracle;
 pub use stickslip_system::{friction, model, numerics, record, signal};
 
-pub use stickslip_analysis::{Certify, SavedRun, Sweep};
+pub use stickslip_analysis::{Certify, GivenCase, SavedCertificate, SavedRun, Sweep, overrides};
 pub use stickslip_compare::Reference;
 pub use stickslip_engine::Run;
 pub use stickslip_system::watch::{Watch, go_on_unless};

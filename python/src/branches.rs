@@ -1,6 +1,6 @@
 //! The file of a continuation.
 
-use crate::errors::of_file;
+use crate::errors::Raised;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -37,7 +37,7 @@ pub fn is_continuation(py: Python<'_>, path: PathBuf) -> bool {
 #[pyfunction]
 pub fn read_continuation(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let found = py.detach(|| read(&path));
-    let (groups, [title, status, number, keys]) = found.map_err(|error| of_file(py, &error))?;
+    let (groups, [title, status, number, keys]) = found.map_err(Raised::from)?;
     let all = PyDict::new(py);
     all.set_item("title", title)?;
     all.set_item("status", status)?;

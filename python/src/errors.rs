@@ -5,26 +5,39 @@ use stickslip::Error;
 use stickslip::case::CaseError;
 use stickslip::results::ResultError;
 
-/// An exception of `stickslip._errors`.
-pub fn exception(py: Python<'_>, class: &str, text: String) -> PyErr {
-    let made = py
-        .import("stickslip._errors")
-        .and_then(|module| module.getattr(class)?.call1((text,)));
-    match made {
-        Ok(exception) => PyErr::from_value(exception),
-        Err(error) => error,
+/// An exception of `stickslip._errors`: its class, and its text.
+#[derive(Debug)]
+pub struct Raised(pub &'static str, pub String);
+
+impl From<Raised> for PyErr {
+    fn from(Raised(class, text): Raised) -> PyErr {
+        Python::attach(|py| {
+            let made = py
+                .import("stickslip._errors")
+                .and_then(|module| module.getattr(class)?.call1((text,)));
+            match made {
+                Ok(exception) => PyErr::from_value(exception),
+                Err(error) => error,
+            }
+        })
     }
 }
 
-pub fn of_case(py: Python<'_>, error: &CaseError) -> PyErr {
-    exception(py, "CaseError", error.to_string())
+impl From<CaseError> for Raised {
+    fn from(error: CaseError) -> Raised {
+        Raised("CaseError", error.to_string())
+    }
 }
 
-pub fn of_file(py: Python<'_>, error: &ResultError) -> PyErr {
-    exception(py, "FileError", error.to_string())
+impl From<ResultError> for Raised {
+    fn from(error: ResultError) -> Raised {
+        Raised("FileError", error.to_string())
+    }
 }
 
-pub fn of_command(py: Python<'_>, error: &Error) -> PyErr {
-    let class = if error.is_input() { "InputError" } else { "RunError" };
-    exception(py, class, error.to_string())
+impl From<Error> for Raised {
+    fn from(error: Error) -> Raised {
+        let class = if error.is_input() { "InputError" } else { "RunError" };
+        Raised(class, error.to_string())
+    }
 }

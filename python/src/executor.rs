@@ -1,6 +1,6 @@
 //! Points of a sweep in other processes, by an executor of Python.
 
-use crate::errors::exception;
+use crate::errors::Raised;
 use crate::waiting::interruptible;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -36,7 +36,7 @@ impl Executor for Tasks {
 pub fn evaluate<'py>(py: Python<'py>, study: &str, points: &str) -> PyResult<Bound<'py, PyBytes>> {
     match interruptible(py, None, |watch| evaluated(study, points, &*watch.stop))? {
         Ok(Some(outcomes)) => Ok(PyBytes::new(py, &outcomes)),
-        Ok(None) => Err(exception(py, "RunError", "the task was stopped".to_owned())),
-        Err(message) => Err(exception(py, "RunError", message)),
+        Ok(None) => Err(Raised("RunError", "the task was stopped".to_owned()).into()),
+        Err(message) => Err(Raised("RunError", message).into()),
     }
 }

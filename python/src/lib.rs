@@ -1,11 +1,11 @@
-//! The part of the Python module that is Rust: runs, result files and commands of the library, as arrays and texts. What users
+//! The part of the Python module that is Rust: runs, result files and reports of the library, as arrays and texts. What users
 //! see is made of it in `stickslip/*.py`.
 
 mod branches;
-mod commands;
 mod errors;
 mod executor;
 mod probe;
+mod reports;
 mod run;
 mod studies;
 mod study;
@@ -35,7 +35,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(executor::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(studies::sweep, module)?)?;
     module.add_function(wrap_pyfunction!(studies::follow, module)?)?;
-    module.add_function(wrap_pyfunction!(commands::command, module)?)?;
-    module.add_function(wrap_pyfunction!(commands::cases, module)?)?;
+    module.add_function(wrap_pyfunction!(reports::certify, module)?)?;
+    module.add_function(wrap_pyfunction!(reports::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(reports::modes, module)?)?;
+    module.add_function(wrap_pyfunction!(reports::cycle, module)?)?;
+    module.add_function(wrap_pyfunction!(reports::cases, module)?)?;
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! A run, in memory or in a result file.
 
-use crate::errors::{exception, of_case, of_file};
+use crate::errors::Raised;
 use crate::waiting::{Signals, internal};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use stickslip::analysis::KeptReport;
 use stickslip::analysis::headline::{self, HeadlineRow};
-use stickslip::case::{Case, CaseError, CaseSource, Override, Words, changed};
+use stickslip::case::{Case, CaseError, CaseSource, Override, Words};
 use stickslip::model::Mode;
 use stickslip::record::{Channels, State};
 use stickslip::results::schema::{StorageKind, Variable};
@@ -20,6 +20,7 @@ use stickslip::results::{
     open_sound,
 };
 use stickslip::simulation::Course;
+use stickslip::{GivenCase, overrides};
 
 /// Name, unit, description, codes with their words, and type of a column.
 type Column = (String, String, String, Vec<(i64, String)>, &'static str);
@@ -91,9 +92,9 @@ impl Run {
 
     /// The summary as JSON; of a run in memory.
     #[getter]
-    fn report(&self, py: Python<'_>) -> PyResult<Option<String>> {
+    fn report(&self) -> PyResult<Option<String>> {
         match &self.rows {
-            Rows::Kept { end, .. } => json(py, &end.run.summary).map(Some),
+            Rows::Kept { end, .. } => Ok(Some(json(&end.run.summary)?)),
             Rows::File { .. } => Ok(None),
         }
     }
@@ -134,7 +135,7 @@ impl Run {
                     Ok(file) => file.typed_column(&key.0, &key.1).map(Some),
                     Err(_) => Ok(None),
                 });
-                read.map_err(|error| of_file(py, &error))?
+                read.map_err(Raised::from)?
             }
         };
         let Some(values) = values else {
@@ -157,7 +158,7 @@ impl Run {
         };
         array.getattr("flags")?.setattr("writeable", false)?;
         let Ok(mut arrays) = self.arrays.lock() else {
-            return Err(internal(py));
+            return Err(internal().into());
         };
         let kept = arrays.entry(key).or_insert_with(|| array.unbind());
         Ok(kept.bind(py).clone())
@@ -170,7 +171,7 @@ impl Run {
             let column: PyReadonlyArray1<'_, f64> = column.call_method1("astype", ("float64",))?.extract()?;
             Ok(column.as_slice()?.to_vec())
         };
-        let case = Case::read(&CaseSource::text(&self.resolved), &[]).map_err(|error| of_case(py, &error))?;
+        let case = Case::read(&CaseSource::text(&self.resolved), &[]).map_err(Raised::from)?;
         let course = Course::new(&case.system, case.threshold, &case.solver);
         let times = floats("events", "time".to_owned())?;
         let first = floats("segments", "mode".to_owned())?.first().copied();
@@ -199,7 +200,7 @@ impl Run {
                     time
                 };
                 let mode = Mode::ALL.into_iter().find(|mode| f64::from(mode.code()) == code);
-                let mode = mode.ok_or_else(|| internal(py))?;
+                let mode = mode.ok_or_else(internal)?;
                 let channels = course.channels(mode, at, &course.state(&state, &more));
                 for (column, value) in rows.iter_mut().zip(channels.with_products(&state).values()) {
                     column.push(value);
@@ -209,7 +210,7 @@ impl Run {
         }
         let mut both = sides.into_iter();
         let (Some(before), Some(after)) = (both.next(), both.next()) else {
-            return Err(internal(py));
+            return Err(internal().into());
         };
         let found = Channels::CHANNELS.iter().zip(before.into_iter().zip(after));
         let found = found.filter(|(channel, _)| !channel.has_history);
@@ -223,7 +224,7 @@ impl Run {
     fn save(&self, py: Python<'_>, path: PathBuf, replace: bool) -> PyResult<PathBuf> {
         let Rows::Kept { end, order, .. } = &self.rows else {
             let text = "this run is in a file already; copy that".to_owned();
-            return Err(exception(py, "InputError", text));
+            return Err(Raised("InputError", text).into());
         };
         let overwrite = Overwrite::by_force(replace);
         let mut borrowed = Vec::new();
@@ -242,7 +243,7 @@ impl Run {
         }
         let view = KeptView { tables, order };
         let written = py.detach(|| end.write(&path, overwrite, &view));
-        written.map_err(|error| of_file(py, &error))
+        Ok(written.map_err(Raised::from)?)
     }
 }
 
@@ -281,40 +282,32 @@ impl<'py> Borrowed<'py> {
     }
 }
 
-/// The source of a case: a built-in name, a file (of a case, or a result whose case is repeated), or a text.
-fn source_of(py: Python<'_>, kind: &str, text: &str) -> PyResult<(CaseSource, String)> {
-    let case_error = |error: CaseError| of_case(py, &error);
-    let source = match kind {
-        "built-in" => CaseSource::built_in(text).map_err(case_error)?,
-        "result" => {
-            let path = Path::new(text);
-            let read = py.detach(|| {
-                let file = ResultFile::open(path)?;
-                Ok((file.resolved()?, file.case_text()?))
-            });
-            let (resolved, given) = read.map_err(|error: ResultError| of_file(py, &error))?;
-            return Ok((CaseSource::result(path, resolved), given));
-        }
-        "file" => CaseSource::file(Path::new(text)).map_err(case_error)?,
-        _ => CaseSource::text(text),
-    };
-    let given = source.text.clone();
-    Ok((source, given))
+/// A case as it is given: a built-in name, a file (of a case, or a result whose case is repeated), or a text.
+pub fn given<E: From<CaseError> + From<ResultError>>(kind: &str, text: &str) -> Result<GivenCase, E> {
+    Ok(match kind {
+        "built-in" => CaseSource::built_in(text)?.into(),
+        "result" => GivenCase::of_result(Path::new(text))?,
+        "file" => CaseSource::file(Path::new(text))?.into(),
+        _ => CaseSource::text(text).into(),
+    })
 }
 
-/// A case, its text as given, and its overrides in words.
-fn case_of(py: Python<'_>, kind: &str, text: &str, overrides: &[String]) -> PyResult<(Case, String, Vec<String>)> {
-    let (source, given) = source_of(py, kind, text)?;
-    let parse = |setting: &String| Override::parse(setting).map_err(|error| of_case(py, &error));
-    let overrides = overrides.iter().map(parse).collect::<PyResult<Vec<_>>>()?;
-    let case = Case::read(&source, &overrides).map_err(|error| of_case(py, &error))?;
-    Ok((case, given, changed(&source, &overrides)))
+/// A case, as it is given and with its overrides.
+fn case_of(
+    py: Python<'_>,
+    kind: &str,
+    text: &str,
+    settings: &[String],
+) -> Result<(Case, GivenCase, Vec<Override>), Raised> {
+    let given = py.detach(|| given::<Raised>(kind, text))?;
+    let changes = overrides(settings)?;
+    Ok((Case::read(&given.source, &changes)?, given, changes))
 }
 
 /// The case in SI, as TOML.
 #[pyfunction]
-pub fn resolve(py: Python<'_>, kind: &str, text: &str, overrides: Vec<String>) -> PyResult<String> {
-    Ok(case_of(py, kind, text, &overrides)?.0.resolved())
+pub fn resolve(py: Python<'_>, kind: &str, text: &str, settings: Vec<String>) -> PyResult<String> {
+    Ok(case_of(py, kind, text, &settings)?.0.resolved())
 }
 
 /// Computes a run. One that fails, or is interrupted, is returned with its status.
@@ -323,26 +316,26 @@ pub fn run(
     py: Python<'_>,
     kind: &str,
     text: &str,
-    overrides: Vec<String>,
+    settings: Vec<String>,
     witness: bool,
     trajectory: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Run> {
-    let (mut case, given, changed) = case_of(py, kind, text, &overrides)?;
+    let (mut case, given, changes) = case_of(py, kind, text, &settings)?;
     if !trajectory {
         case.without_trajectory();
     }
     let signals = Signals::new(progress);
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
-            KeptReport::of_run(&case, &given, witness, trajectory, &signals)
+            KeptReport::of_run(&case, &given.text, witness, trajectory, &signals)
         }))
     });
     if let Some(raised) = signals.raised() {
         return Err(raised);
     }
-    let mut end = computed.map_err(|_| internal(py))?;
-    end.header.changed = changed;
+    let mut end = computed.map_err(|_| internal())?;
+    end.header.changed = given.changed(&changes);
     let rows = std::mem::take(&mut end.rows);
     let event_count = rows.tables.get(1).map_or(0, KeptTable::rows);
     let mut tables = Vec::new();
@@ -367,7 +360,7 @@ pub fn run(
         status: end.run.status.name(),
         failure: end.run.failure.as_ref().map(ToString::to_string),
         warnings: end.run.warnings.iter().map(ToString::to_string).collect(),
-        witness: end.run.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
+        witness: end.run.witness.as_ref().map(json).transpose()?,
         quantities: end.run.table.attributes.iter().cloned().map(quantity).collect(),
         tables,
         event_count,
@@ -381,8 +374,8 @@ pub fn run(
     })
 }
 
-fn json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|_| internal(py))
+fn json(value: &impl serde::Serialize) -> Result<String, Raised> {
+    serde_json::to_string(value).map_err(|_| internal())
 }
 
 fn line(row: &HeadlineRow) -> Line {
@@ -397,7 +390,7 @@ fn quantity(extra: Extra) -> Quantity {
 #[pyfunction]
 pub fn open_result(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
     let read = py.detach(|| read(path));
-    read.map_err(|error| of_file(py, &error))
+    Ok(read.map_err(Raised::from)?)
 }
 
 fn read(path: PathBuf) -> Result<Run, ResultError> {

@@ -1,6 +1,6 @@
 //! The file of a sweep.
 
-use crate::errors::of_file;
+use crate::errors::Raised;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -38,7 +38,7 @@ pub fn is_study(py: Python<'_>, path: PathBuf) -> bool {
 #[pyfunction]
 pub fn read_study(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let found = py.detach(|| read(&path));
-    let (grid, variables, [title, status], failures) = found.map_err(|error| of_file(py, &error))?;
+    let (grid, variables, [title, status], failures) = found.map_err(Raised::from)?;
     let study = PyDict::new(py);
     study.set_item("grid", grid)?;
     study.set_item("title", title)?;

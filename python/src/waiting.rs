@@ -1,6 +1,6 @@
 //! Computations without the interpreter's lock, which Ctrl-C ends in good order.
 
-use crate::errors::exception;
+use crate::errors::Raised;
 use pyo3::prelude::*;
 use std::fmt::Arguments;
 use std::ops::ControlFlow;
@@ -146,13 +146,13 @@ pub fn interruptible<T: Send>(
     match waited {
         (_, Some(raised)) => Err(raised),
         (Some(result), None) => Ok(result),
-        (None, None) => Err(internal(py)),
+        (None, None) => Err(internal().into()),
     }
 }
 
 /// A panic of the library, which is an error of the program.
-pub fn internal(py: Python<'_>) -> PyErr {
+pub fn internal() -> Raised {
     let text =
         "an error of stickslip itself; what is above on standard error says where. Please report it with the case";
-    exception(py, "RunError", text.to_owned())
+    Raised("RunError", text.to_owned())
 }

@@ -86,8 +86,8 @@ def is_hdf5(path: Path) -> bool:
         return False
 
 
-def source(case: CaseLike) -> tuple[str, str]:
-    """Kind of a case's source, and its text."""
+def source(case: CaseLike, *, absolute: bool = False) -> tuple[str, str]:
+    """Kind of a case's source, and its text; a path, if asked for, without the folder of this process."""
     if isinstance(case, Mapping):
         return "text", "".join(f"{json.dumps(str(k))} = {toml(v, str(k))}\n" for k, v in case.items())
     if not isinstance(case, (str, os.PathLike)):
@@ -100,5 +100,6 @@ def source(case: CaseLike) -> tuple[str, str]:
     text = os.fspath(case)
     path = Path(text)
     if path.exists() or not isinstance(case, str) or path.suffix or os.sep in text:
-        return ("result" if path.suffix == ".h5" or is_hdf5(path) else "file"), text
+        kind = "result" if path.suffix == ".h5" or is_hdf5(path) else "file"
+        return kind, os.path.abspath(text) if absolute else text
     return "built-in", text

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import html
-import json
 import math
 import os
 import shutil
 import tempfile
-import weakref
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _native
 from ._case import CaseLike, Overrides, PathLike
-from ._command import command
+from ._command import Report, in_python, named, worded
 from ._errors import FileError, InputError
-from ._open import open as open_file
-from ._run import Run, run
+from ._open import open as open_file, open_run
+from ._progress import Progress, shown
+from ._run import Run, run, structured
+from ._scratch import Scratch
 
 MOST_ROWS = 20
 """Of events in a notebook: the first half of them, and the last."""
@@ -45,7 +46,7 @@ def _as_of_a_run(row: dict[str, Any]) -> dict[str, Any]:
     return {**row, "time": time["value"], "uncertainty": time["uncertainty"], "verdict": "converged"}
 
 
-class Certificate:
+class Certificate(Report):
     """The certificate of a run by ``stickslip certify``. ``print(certificate)`` shows its report.
 
     :ivar document: the dictionary that ``--json`` prints.
@@ -55,21 +56,17 @@ class Certificate:
         ``"certificate"`` and ``"sensitivity"``.
     """
 
-    def __init__(self, outcome: tuple[str, str | None, list[str], str | None], folder: Path, file: Path) -> None:
-        text, document, warnings, shortfall = outcome
-        self._text = text
-        self._file = file
-        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
-        self.document: dict[str, Any] = json.loads(document or "{}")
+    def __init__(
+        self, outcome: tuple[tuple[str, str], list[str], str | None], names: dict[str, str], file: str, scratch: Scratch
+    ) -> None:
+        told, warnings, shortfall = outcome
+        super().__init__(told, names)
         # Where the file is for now is nobody's business.
         self.document.pop("file", None)
-        self.warnings = warnings
-        self.shortfall = shortfall
-        certified = open_file(file)
-        assert isinstance(certified, Run)
-        # The file is there as long as anything that reads it.
-        certified._owner = self
-        self.run = certified
+        self.warnings = [in_python(named(warning, names)) for warning in warnings]
+        self.shortfall = None if shortfall is None else in_python(named(shortfall, names))
+        self.run = open_run(file, scratch)
+        self._file = Path(file)
 
     @property
     def events(self) -> NDArray[np.void]:
@@ -82,21 +79,16 @@ class Certificate:
         def number(value: float | None) -> float:
             return math.nan if value is None else value
 
-        kinds = [row["kind"] for row in rows]
-        verdicts = [row["verdict"] for row in rows]
-        times = np.array([row["time"] for row in rows], dtype=np.float64)
-        columns = {
-            "time": times,
-            "kind": np.array(kinds, dtype=f"U{max(map(len, kinds), default=1)}"),
-            "uncertainty": np.array([number(row["uncertainty"]) for row in rows], dtype=np.float64),
-            "digits": np.array([digits_of(row["time"], row["uncertainty"]) for row in rows], dtype=np.int64),
-            "verdict": np.array(verdicts, dtype=f"U{max(map(len, verdicts), default=1)}"),
-            "true_error": np.array([number(row.get("true_error")) for row in rows], dtype=np.float64),
-        }
-        events = np.empty(len(rows), dtype=[(name, column.dtype) for name, column in columns.items()])
-        for name, column in columns.items():
-            events[name] = column
-        return events
+        return structured(
+            {
+                "time": np.array([row["time"] for row in rows], dtype=np.float64),
+                "kind": np.array([row["kind"] for row in rows], dtype=str),
+                "uncertainty": np.array([number(row["uncertainty"]) for row in rows], dtype=np.float64),
+                "digits": np.array([digits_of(row["time"], row["uncertainty"]) for row in rows], dtype=np.int64),
+                "verdict": np.array([row["verdict"] for row in rows], dtype=str),
+                "true_error": np.array([number(row.get("true_error")) for row in rows], dtype=np.float64),
+            }
+        )
 
     @property
     def digits(self) -> int | None:
@@ -142,11 +134,6 @@ class Certificate:
             raise FileError(f"{target}: writing the file failed: {error.strerror}; check the folder") from error
         return target
 
-    def __str__(self) -> str:
-        # Without the name of the file, which is not there for long.
-        lines = self._text.rstrip().splitlines()
-        return "\n".join(line for line in lines if line != str(self._file)).rstrip()
-
     def __repr__(self) -> str:
         events = self.events
         least = f", at least {self.digits} digits" if self.converged and len(events) else ""
@@ -180,27 +167,26 @@ def certify(
     *,
     digits: int | None = None,
     oracle: bool = False,
+    progress: bool | Progress = False,
 ) -> Certificate:
     """Certifies a run: how far the time of every event can be from the exact solution of the stated model.
 
     :param what: a :class:`Run`, or a case that is run first, as :func:`run` takes it with ``overrides``.
     :param digits: digits required of every event; unmet ones are in ``certificate.shortfall``.
     :param oracle: also run the exact solver (oracle), in multiple precision, and compare the run with its solution.
+    :param progress: ``True`` shows a bar of tqdm, in a notebook as a widget; a function is called with what is done, of how much.
     :raises RunError: the run is not complete, or could not be certified.
     """
     if isinstance(what, Run) and overrides:
         raise InputError("a run is certified as it is; give overrides with a case, or to stickslip.run")
     certified = what if isinstance(what, Run) else run(what, overrides)
-    folder = Path(tempfile.mkdtemp(prefix="stickslip-"))
-    try:
-        file = folder / "certified.h5"
-        arguments = ["certify", os.path.abspath(certified._file()), "-o", os.fspath(file)]
-        if digits is not None:
-            arguments += ["--digits", str(digits)]
-        if oracle:
-            arguments.append("--oracle")
-        names = {} if certified.path is not None else {os.fspath(certified._file()): "the run"}
-        return Certificate(command(arguments, names), folder, file)
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
+    if digits is not None and digits < 1:
+        raise InputError(f"digits={digits}: give at least 1")
+    scratch = Scratch()
+    given, file = os.path.abspath(certified._file()), scratch.file("certified.h5")
+    names = {file: "the certificate (keep it with save)"}
+    if certified.path is None:
+        names[given] = "the run"
+    with worded(names), shown(progress, "steps") as told:
+        outcome = _native.certify(given, file, digits, oracle, told)
+    return Certificate(outcome, names, file, scratch)

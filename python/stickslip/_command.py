@@ -1,4 +1,4 @@
-"""Reports and errors of the program in the words of Python."""
+"""Reports and errors of the library in the words of Python."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
-from . import _native
 from ._errors import StickslipError
 
 ARGUMENTS = {
@@ -60,13 +60,13 @@ def _option(found: re.Match[str]) -> str:
 
 
 def in_python(text: str) -> str:
-    """A message of the program with the arguments of this module in place of its options; commands to be typed stay."""
+    """A message of the library with the arguments of this module in place of its options; commands to be typed stay."""
     parts = SHELL.split(text)
     parts[::2] = [OPTION.sub(_option, SETTING.sub(_setting, START.sub(r'start="\1"', part))) for part in parts[::2]]
     return "".join(parts)
 
 
-def _named(text: str, names: Mapping[str, str]) -> str:
+def named(text: str, names: Mapping[str, str]) -> str:
     for file, name in names.items():
         text = text.replace(file, name)
     return text
@@ -78,19 +78,22 @@ def worded(names: Mapping[str, str]) -> Iterator[None]:
     try:
         yield
     except StickslipError as error:
-        raise type(error)(in_python(_named(str(error), names))) from error.__cause__
+        raise type(error)(in_python(named(str(error), names))) from error.__cause__
 
 
-def command(
-    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True
-) -> tuple[str, str | None, list[str], str | None]:
-    """A command of the program: its report, its JSON document, its messages, and why it fell short. The names of files are
-    replaced in all of them, the options of the program in all but the document."""
-    with worded(names):
-        text, document, messages, shortfall = _native.command(arguments, keeps)
-    return (
-        in_python(_named(text, names)),
-        None if document is None else _named(document, names),
-        [in_python(_named(message, names)) for message in messages],
-        None if shortfall is None else in_python(_named(shortfall, names)),
-    )
+class Report:
+    """A result with its report: ``print`` shows it.
+
+    :ivar document: the dictionary that ``--json`` of the program prints.
+    """
+
+    def __init__(self, told: tuple[str, str], names: Mapping[str, str]) -> None:
+        """Files are called by their ``names`` in report and document, and a line that is such a file alone is left out. Options
+        of the program are replaced in the report alone."""
+        text, document = told
+        lines = (line for line in text.splitlines() if line not in names)
+        self._text = in_python(named("\n".join(lines), names)).rstrip()
+        self.document: dict[str, Any] = json.loads(named(document, names))
+
+    def __str__(self) -> str:
+        return self._text

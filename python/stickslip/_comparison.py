@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import os
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,16 +13,19 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import _native
 from ._case import PathLike
-from ._command import command, in_python
+from ._command import Report, in_python, worded
 from ._errors import FileError, InputError
 from ._plot import plot_comparison
+from ._progress import Progress, shown
 from ._run import Run
+from ._scratch import Scratch
 
 Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
 
 
-class Comparison:
+class Comparison(Report):
     """The result of ``stickslip compare``. ``print(comparison)`` shows its report.
 
     :ivar document: the dictionary that ``--json`` prints for the candidate; its entries are attributes as well,
@@ -31,10 +33,10 @@ class Comparison:
     :ivar shortfalls: the requirements that were not met, in words.
     """
 
-    def __init__(self, text: str, document: dict[str, Any]) -> None:
-        self._text = text
-        self.document: dict[str, Any] = document["comparisons"][0]
-        self.shortfalls: list[str] = document["shortfalls"]
+    def __init__(self, told: tuple[str, str], names: Mapping[str, str]) -> None:
+        super().__init__(told, names)
+        self.shortfalls: list[str] = self.document["shortfalls"]
+        self.document = self.document["comparisons"][0]
 
     @property
     def verdict(self) -> str:
@@ -63,9 +65,6 @@ class Comparison:
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self.document})
-
-    def __str__(self) -> str:
-        return self._text.rstrip()
 
     def __repr__(self) -> str:
         return f"<Comparison: {self.verdict}>"
@@ -124,6 +123,7 @@ def compare(
     hysteresis: float | None = None,
     max_wall_time: float | str | None = None,
     require: Sequence[str] = (),
+    progress: bool | Progress = False,
     **arrays: ArrayLike,
 ) -> Comparison:
     """Compares a candidate with a reference.
@@ -144,63 +144,54 @@ def compare(
     :param hysteresis: a stick ends where the relative velocity exceeds this many tolerances.
     :param max_wall_time: the search for causes ends after this wall time, s or with a unit; 10 min by default.
     :param require: requirements such as ``"onset<1e-6"``; unmet ones are in ``comparison.shortfalls``.
+    :param progress: ``True`` shows a bar of tqdm, in a notebook as a widget; a function is called with what is done, of how much.
     :raises InputError: a candidate that cannot be compared.
     """
     if candidate is not None and arrays:
         raise InputError(f"give a candidate, or arrays ({', '.join(arrays)}), not both")
     if candidate is None and not arrays and events is None:
         raise InputError("there is no candidate: give its file, or arrays such as time=t, relative_velocity=w")
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        folder = Path(name)
-        event_file = None
-        if events is not None:
-            if isinstance(events, (str, os.PathLike)):
-                event_file = Path(events)
-            else:
-                names = list(events.dtype.names or ()) if isinstance(events, np.ndarray) else list(events)
-                missing = [column for column in ("time", "kind") if column not in names]
-                if missing:
-                    raise InputError(f"events have no {' and no '.join(missing)}: give the columns time (s) and kind")
-                event_file = _arrays(folder, {"time": events["time"], "kind": events["kind"]}, "events")
-        if isinstance(candidate, Run):
-            path = candidate._file()
-        elif candidate is not None:
-            path = Path(candidate)
-        elif arrays:
-            if "time" not in arrays:
-                raise InputError("there is no array time: give the times of the samples, s")
-            path = _arrays(folder, dict(arrays), "candidate")
+    scratch = Scratch()
+    # What is written for the library alone is called by what it is.
+    names = {scratch.file("candidate.npz"): "the arrays", scratch.file("events.csv"): "the events"}
+    event_file = None
+    if events is not None:
+        if isinstance(events, (str, os.PathLike)):
+            event_file = Path(events)
         else:
-            assert event_file is not None
-            path, event_file = event_file, None
-        against = reference._file() if isinstance(reference, Run) else Path(reference)
-        for file in (against, path):
-            if not file.exists():
-                raise FileError(f"{file}: no such file; check the name")
-        # Absolute: a name that begins with a hyphen is no option.
-        arguments = ["compare", os.path.abspath(against), os.path.abspath(path)]
-        settings = {
-            "--map": mapping,
-            "--events": event_file,
-            "--time-offset": time_offset,
-            "--velocity-tolerance": velocity_tolerance,
-            "--hysteresis": hysteresis,
-            "--max-wall-time": max_wall_time,
-        }
-        arguments += [f"{option}={value}" for option, value in settings.items() if value is not None]
-        arguments += [f"--column={channel}={column}" for channel, column in (columns or {}).items()]
-        arguments += [f"--column={channel}={channel}:{unit}" for channel, unit in (units or {}).items()]
-        arguments += [f"--require={requirement}" for requirement in require]
-        # What was written for the program alone is called by what it is.
-        known_as = {os.fspath(folder / "candidate.npz"): "the arrays", os.fspath(folder / "events.csv"): "the events"}
-        if isinstance(candidate, Run) and candidate.path is None:
-            known_as[os.fspath(candidate._file())] = "the run"
-        if isinstance(reference, Run) and reference.path is None:
-            known_as[os.fspath(against)] = "the reference"
-        for given, file in ((reference, against), (candidate, path)):
-            if isinstance(given, (str, os.PathLike)):
-                known_as[os.path.abspath(file)] = os.fspath(given)
-        for channel, unit in (units or {}).items():
-            known_as[f"--column {channel}={channel}:{unit}"] = f"units={{{json.dumps(channel)}: {json.dumps(unit)}}}"
-        text, document, _, _ = command(arguments, known_as)
-        return Comparison(text, json.loads(document or "{}"))
+            columns_given = list(events.dtype.names or ()) if isinstance(events, np.ndarray) else list(events)
+            missing = [column for column in ("time", "kind") if column not in columns_given]
+            if missing:
+                raise InputError(f"events have no {' and no '.join(missing)}: give the columns time (s) and kind")
+            event_file = _arrays(scratch.folder, {"time": events["time"], "kind": events["kind"]}, "events")
+    if arrays:
+        if "time" not in arrays:
+            raise InputError("there is no array time: give the times of the samples, s")
+        candidate = _arrays(scratch.folder, dict(arrays), "candidate")
+    elif candidate is None:
+        candidate, event_file = event_file, None
+
+    def path_of(given: Run | PathLike, in_memory: str) -> str:
+        file = given._file() if isinstance(given, Run) else Path(given)
+        if not file.exists():
+            raise FileError(f"{file}: no such file; check the name")
+        path = os.path.abspath(file)
+        if not isinstance(given, Run):
+            names.setdefault(path, os.fspath(given))
+        elif given.path is None:
+            names[path] = in_memory
+        return path
+
+    assert candidate is not None
+    against, path = path_of(reference, "the reference"), path_of(candidate, "the run")
+    single = [f"{channel}={column}" for channel, column in (columns or {}).items()]
+    for channel, unit in (units or {}).items():
+        single.append(f"{channel}={channel}:{unit}")
+        names[f"--column {single[-1]}"] = f"units={{{json.dumps(channel)}: {json.dumps(unit)}}}"
+    texts = (None if value is None else str(value) for value in (time_offset, velocity_tolerance, max_wall_time))
+    offset, tolerance, longest = texts
+    with worded(names), shown(progress, "steps") as told:
+        compared = _native.compare(
+            against, path, mapping, single, event_file, offset, tolerance, hysteresis, longest, list(require), told
+        )
+    return Comparison(compared, names)

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import json
+import math
 import os
-import shutil
-import tempfile
-import weakref
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _native
 from ._case import CaseLike, Overrides, PathLike, settings, source
-from ._command import command
+from ._command import Report, worded
 from ._errors import InputError
-from ._open import open as open_file
+from ._open import open_run
 from ._plot import plot_cycle
-from ._run import Run
+from ._run import structured
+from ._scratch import Scratch
 
 
-class Cycle:
+class Cycle(Report):
     """A periodic motion. ``print(cycle)`` shows the report of ``stickslip cycle``.
 
     :ivar document: the dictionary that ``--json`` prints.
@@ -29,21 +28,13 @@ class Cycle:
     :ivar path: the file of that run; ``None`` if it was not kept.
     """
 
-    def __init__(self, text: str, document: dict[str, Any], file: Path, folder: Path | None) -> None:
-        self._text = text
-        self._file = os.fspath(file)
-        self.path = file if folder is None else None
-        self.document = document
-        if folder is not None:
-            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+    def __init__(self, told: tuple[str, str], names: dict[str, str], file: Path, scratch: Scratch | None) -> None:
+        super().__init__(told, names)
+        self.path = file if scratch is None else None
+        if scratch is not None:
             # Where the file is for now is nobody's business.
             self.document.pop("file", None)
-        run = open_file(file)
-        assert isinstance(run, Run)
-        if folder is not None:
-            # The file is there as long as anything that reads it.
-            run._owner = self
-        self.run = run
+        self.run = open_run(file, scratch)
 
     @property
     def period(self) -> float:
@@ -59,7 +50,7 @@ class Cycle:
     def amplitude(self) -> float:
         """Half of the range of the position, rad (m in translation); NaN where the contact has no position."""
         amplitude = self.document["amplitude"]
-        return float("nan") if amplitude is None else float(amplitude)
+        return math.nan if amplitude is None else float(amplitude)
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -79,12 +70,8 @@ class Cycle:
         rows = self.document["events"]
         columns = {"time": np.array([row["time"] for row in rows], dtype=np.float64)}
         for name in ("kind", "mode_after"):
-            words = [row[name] for row in rows]
-            columns[name] = np.array(words, dtype=f"U{max(map(len, words), default=1)}")
-        events = np.empty(len(rows), dtype=[(name, column.dtype) for name, column in columns.items()])
-        for name, column in columns.items():
-            events[name] = column
-        return events
+            columns[name] = np.array([row[name] for row in rows], dtype=str)
+        return structured(columns)
 
     def plot(self, x: str = "phi1", y: str = "relative_velocity", *, ax: Any = None, **style: Any) -> Any:
         """Draws one channel over another for one period by matplotlib; dots are sticks and slips. Returns the axes.
@@ -97,12 +84,6 @@ class Cycle:
         :raises InputError: no such channel, or matplotlib is not installed.
         """
         return plot_cycle(self, x, y, ax=ax, **style)
-
-    def __str__(self) -> str:
-        if self.path is not None:
-            return self._text.rstrip()
-        # Without the name of the file, which is not there for long.
-        return "\n".join(line for line in self._text.rstrip().splitlines() if line != self._file).rstrip()
 
     def __repr__(self) -> str:
         count = len(self.document["events"])
@@ -142,35 +123,17 @@ def cycle(
         raise InputError(f'start="{start}": give "end" for the end of the run, or "initial" for the initial state of the case')
     if (branch is None) != (point is None):
         raise InputError("branch and point choose a point of a continuation together; give both")
-    folder = Path(tempfile.mkdtemp(prefix="stickslip-"))
-    try:
-        kind, text = source(case)
-        known_as = {}
-        if kind == "text":
-            (folder / "case.toml").write_text(text, encoding="utf-8")
-            text = os.fspath(folder / "case.toml")
-            known_as[text] = "the case"
-        elif kind != "built-in":
-            text = os.path.abspath(text)
-        file = folder / "cycle.h5" if output is None else Path(os.path.abspath(output))
-        if output is None:
-            known_as[os.fspath(file)] = "the cycle (keep it with output=)"
-        arguments = ["cycle", text, "-o", os.fspath(file)]
-        if start != "end":
-            arguments += ["--from", start]
-        for name, value in (("period", period), ("periods", periods), ("branch", branch), ("point", point)):
-            if value is not None:
-                arguments.append(f"--{name}={value}")
-        if replace:
-            arguments.append("--force")
-        arguments += [f"--set={setting}" for setting in settings(overrides)]
-        report, document, _, _ = command(arguments, known_as, keeps=False)
-        # Of a file that is not kept, the report names none.
-        report = "\n".join(line for line in report.splitlines() if line not in known_as.values())
-        made = Cycle(report, json.loads(document or "{}"), file, folder if output is None else None)
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    if output is not None:
-        shutil.rmtree(folder, ignore_errors=True)
-    return made
+    if branch is not None and (start != "end" or period is not None or periods is not None):
+        raise InputError("branch and point name a cycle that is known already; leave start, period and periods out")
+    if period is not None and periods is not None:
+        raise InputError("period and periods both give the length of the cycle; leave one of them out")
+    if period is not None and not 0 < period < math.inf:
+        raise InputError(f"period={period}: give a time greater than 0 s")
+    scratch = Scratch() if output is None else None
+    file = os.path.abspath(output) if output is not None else scratch.file("cycle.h5")
+    names = {} if output is not None else {file: "the cycle (keep it with output=)"}
+    place = None if branch is None else (branch, point)
+    asked = (settings(overrides), start == "initial", period, periods, place)
+    with worded(names):
+        told = _native.cycle(*source(case, absolute=True), *asked, file, replace)
+    return Cycle(told, names, Path(file), scratch)

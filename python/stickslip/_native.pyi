@@ -12,6 +12,7 @@ __version__: str
 PRODUCTS: dict[str, list[str]]
 
 _Column = tuple[str, str, str, list[tuple[int, str]], str]
+_Told = tuple[str, str]
 
 class Run:
     title: str
@@ -37,13 +38,13 @@ class Run:
 def run(
     kind: str,
     text: str,
-    overrides: list[str],
+    settings: list[str],
     witness: bool,
     trajectory: bool,
     progress: Callable[[float, float], object] | None,
 ) -> Run: ...
 def open_result(path: str | PathLike[str]) -> Run: ...
-def resolve(kind: str, text: str, overrides: list[str]) -> str: ...
+def resolve(kind: str, text: str, settings: list[str]) -> str: ...
 def is_study(path: str | PathLike[str]) -> bool: ...
 def read_study(path: str | PathLike[str]) -> dict[str, Any]: ...
 def is_continuation(path: str | PathLike[str]) -> bool: ...
@@ -69,5 +70,36 @@ def follow(
     resume: bool,
     progress: Callable[[int, int], object] | None,
 ) -> list[str]: ...
-def command(arguments: list[str], keeps: bool = False) -> tuple[str, str | None, list[str], str | None]: ...
+def certify(
+    path: str,
+    target: str,
+    digits: int | None,
+    oracle: bool,
+    progress: Callable[[int, int], object] | None,
+) -> tuple[_Told, list[str], str | None]: ...
+def compare(
+    reference: str,
+    candidate: str,
+    map: str | PathLike[str] | None,
+    columns: list[str],
+    events: Path | None,
+    time_offset: str | None,
+    velocity_tolerance: str | None,
+    hysteresis: float | None,
+    max_wall_time: str | None,
+    require: list[str],
+    progress: Callable[[int, int], object] | None,
+) -> _Told: ...
+def modes(kind: str, text: str, settings: list[str]) -> _Told: ...
+def cycle(
+    kind: str,
+    text: str,
+    settings: list[str],
+    from_initial: bool,
+    period: float | None,
+    periods: int | None,
+    place: tuple[int, int | None] | None,
+    path: str,
+    replace: bool,
+) -> _Told: ...
 def cases() -> list[tuple[str, str]]: ...

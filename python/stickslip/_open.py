@@ -36,3 +36,11 @@ def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
         raise FileError(str(error).replace(name, os.fspath(path))) from None
     opened._identity = found
     return opened
+
+
+def open_run(path: PathLike, owner: object = None) -> Run:
+    """Opens a result. The file is there as long as its ``owner``, which the run holds."""
+    opened = open(path)
+    assert isinstance(opened, Run)
+    opened._owner = owner
+    return opened

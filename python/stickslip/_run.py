@@ -6,9 +6,7 @@ import html
 import json
 import math
 import os
-import tempfile
 import warnings
-import weakref
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +19,7 @@ from ._case import CaseLike, Overrides, PathLike, settings, source
 from ._errors import FileError, InputError, RunError, StickslipWarning, needs_xarray
 from ._plot import Window, plot_run
 from ._progress import RunProgress, shown
+from ._scratch import Scratch
 
 if TYPE_CHECKING:
     import pandas
@@ -105,13 +104,14 @@ class Run:
         self._native = native
         self._known_tables: dict[str, Table] | None = None
         self._events: NDArray[np.void] | None = None
-        # Of a run in memory the file that the program reads, once it has been asked for.
+        # Of a run in memory the file that others read, once it has been asked for, and its folder.
         self._saved: Path | None = None
+        self._scratch: Scratch | None = None
         # Of one from a file, which file that was.
         self._identity: tuple[int, ...] | None = None
         # The case that repeats the run, where the native one has been thinned.
         self._resolved: str | None = None
-        # What has to live as long as the run: a certificate, or the folder of a file that is gone with it.
+        # The folder of a file that is gone with the run.
         self._owner: object = None
         # Of one that was pickled: what its file does not keep.
         self._carried: dict[str, Any] = {}
@@ -234,13 +234,10 @@ class Run:
         if self._events is None:
             table = self.table("events")
             words = {name: table.words(name) for name in ("kind", "mode_after")}
-            columns = {name: words.get(name, table[name] if name not in words else words[name]) for name in table}
+            columns = {name: words[name] if name in words else table[name] for name in table}
             columns.pop("event", None)
-            events = np.empty(len(table["time"]), dtype=[(name, column.dtype) for name, column in columns.items()])
-            for name, column in columns.items():
-                events[name] = column
-            events.flags.writeable = False
-            self._events = events
+            self._events = structured(columns)
+            self._events.flags.writeable = False
         return self._events
 
     def events_table(self) -> pandas.DataFrame:
@@ -443,9 +440,8 @@ class Run:
                 raise FileError(f"{self._native.path}: has been replaced or changed since it was opened; open it again")
             return Path(self._native.path)
         if self._saved is None:
-            scratch = tempfile.TemporaryDirectory(prefix="stickslip-")
-            weakref.finalize(self, scratch.cleanup)
-            self._saved = self.save(Path(scratch.name) / "run.h5")
+            self._scratch = Scratch()
+            self._saved = self.save(self._scratch.file("run.h5"))
         return self._saved
 
     def __reduce__(self) -> tuple[Callable[..., Run], tuple[Any, ...]]:
@@ -482,6 +478,15 @@ class Run:
         return f"<table><caption>{html.escape(self._caption())}</caption>{head}{''.join(rows)}</table>{warned}"
 
 
+def structured(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.void]:
+    """A structured array of columns of one length."""
+    lengths = [len(column) for column in columns.values()]
+    rows = np.empty(lengths[0], dtype=[(name, column.dtype) for name, column in columns.items()])
+    for name, column in columns.items():
+        rows[name] = column
+    return rows
+
+
 def identity(path: PathLike) -> tuple[int, ...] | None:
     """What tells a file from another that has come in its place; ``None`` if there is none."""
     try:
@@ -500,10 +505,10 @@ def _of_file(path: str, known: tuple[int, ...] | None) -> Run:
 
 
 def _of_content(content: bytes, carried: dict[str, Any], resolved: str | None) -> Run:
-    scratch = tempfile.TemporaryDirectory(prefix="stickslip-")
-    path = Path(scratch.name) / "run.h5"
-    path.write_bytes(content)
-    made = Run(_native.open_result(os.fspath(path)))
+    scratch = Scratch()
+    path = scratch.file("run.h5")
+    Path(path).write_bytes(content)
+    made = Run(_native.open_result(path))
     made._owner, made._carried, made._resolved = scratch, carried, resolved
     return made
 

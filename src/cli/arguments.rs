@@ -4,14 +4,13 @@ use super::completions::{
     cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
 };
 use super::help::examples;
-use super::input::overrides;
 use crate::export;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use stickslip_analysis::provenance;
 use stickslip_analysis::sweep::Shard;
+use stickslip_analysis::{overrides, provenance};
 use stickslip_case::quantity::{self, Dimension};
 use stickslip_case::{CaseError, Override};
 
@@ -116,8 +115,9 @@ pub(super) struct StudyRuns {
 impl StudyRuns {
     /// The overrides of the base case.
     pub fn overrides(&self) -> Result<Vec<Override>, CaseError> {
-        let set = self.budget.over(&self.keys.over(&self.set));
-        overrides(&set, self.method.as_deref())
+        let mut set = self.budget.over(&self.keys.over(&self.set));
+        set.extend(self.method.as_ref().map(|method| format!("solver.method={method}")));
+        overrides(&set)
     }
 }
 

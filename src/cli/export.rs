@@ -1,8 +1,9 @@
 //! `stickslip export`: writes tables of a result in other formats.
 
 use super::arguments::{Common, ExportOptions};
-use super::input::{interrupt_flag, open_reference};
+use super::interrupt::interrupt_flag;
 use super::{CommandEnd, complain, interrupted, tell};
+use crate::comparing::open_reference;
 use crate::error::{Error, ErrorKind};
 use crate::export::{self, Export, Format, Request, Times, benchmark};
 use crate::report::{FilesReport, Page, Report};

@@ -8,11 +8,9 @@
 //! | `plot`, `export`, `files`, `case` | commands that read files: figures, tables, `inspect`, `check`, `merge`, built-in cases |
 //! | `completions`, `help` | completions and manual pages; examples |
 //! | `usage` | wrong usage: what was probably meant |
-//! | `input`, `progress` | common parts of commands; what they say is in `report` |
-//! | `capture` | a command inside another program |
+//! | `interrupt`, `progress` | common parts of commands; what they say is in `report` |
 
 mod arguments;
-mod capture;
 mod case;
 mod certify;
 mod compare;
@@ -21,7 +19,7 @@ mod cycle;
 mod export;
 mod files;
 mod help;
-mod input;
+mod interrupt;
 mod modes;
 mod plot;
 mod progress;
@@ -30,11 +28,10 @@ mod studies;
 mod usage;
 
 pub use arguments::{Arguments, Refusal};
-pub use capture::{Said, capture};
 pub use completions::complete_if_asked;
 
 use crate::error::{Error, FailurePlace};
-use crate::report::{Report, terminal};
+use crate::report::{Report, terminal, unwritten};
 use arguments::{Command, Common};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -79,9 +76,7 @@ impl Error {
         if json {
             failure_document(kind, &text, status, &self.places);
         }
-        if !capture::message(&text) {
-            say(&line(&text, true));
-        }
+        say(&line(&text, true));
         ExitCode::from(status)
     }
 }
@@ -177,9 +172,6 @@ fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
 /// Writes to standard output, without control characters. A closed pipe (`stickslip case paper | head`) is no error.
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
-    if capture::text(text) {
-        return Ok(());
-    }
     match std::io::stdout().write_all(quote::for_terminal(text).as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::computation(format!(
             "writing to standard output failed: {error}"
@@ -190,9 +182,7 @@ fn print(text: &str) -> Result<(), Error> {
 
 /// Writes a note, or a warning if the text begins with this word, to standard error.
 fn complain(text: &str) {
-    if !capture::message(text) {
-        say(&line(text, false));
-    }
+    say(&line(text, false));
 }
 
 /// Line for standard error, without control characters of the text. On a terminal the name before an error and the word
@@ -247,14 +237,12 @@ fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, Error> {
     Ok(CommandEnd::Interrupted)
 }
 
-/// Prints the JSON document or the text of a report; both if they are captured. With --quiet and without --json it
-/// prints neither.
+/// Prints the JSON document or the text of a report. With --quiet and without --json it prints neither.
 fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
-    if common.json || capture::now() {
-        document(report)?;
-    }
-    if capture::now() || !(common.json || common.quiet) {
-        print(&terminal(&report.page(), capture::now() || common.verbose > 0))?;
+    if common.json {
+        print_document(&report.document()?)?;
+    } else if !common.quiet {
+        print(&terminal(&report.page(), common.verbose > 0))?;
     }
     Ok(CommandEnd::Done)
 }
@@ -262,30 +250,19 @@ fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
 /// Prints what was asked for, even with --quiet: the JSON document or the text of a report.
 fn show(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
     match common.json {
-        true => document(report)?,
-        false => print(&terminal(&report.page(), true))?,
+        true => print_document(&report.document()?)?,
+        false => print(&report.text())?,
     }
     Ok(CommandEnd::Done)
-}
-
-fn document<R: Report>(report: &R) -> Result<(), Error> {
-    match R::SORTED {
-        true => print_json(&serde_json::to_value(report).map_err(unwritten)?),
-        false => print_json(report),
-    }
-}
-
-fn unwritten(error: serde_json::Error) -> Error {
-    Error::computation(format!("writing JSON failed: {error}"))
 }
 
 static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 fn print_json(document: &impl serde::Serialize) -> Result<(), Error> {
-    let text = serde_json::to_string_pretty(document).map_err(unwritten)?;
-    if capture::document(&text) {
-        return Ok(());
-    }
+    print_document(&serde_json::to_string_pretty(document).map_err(unwritten)?)
+}
+
+fn print_document(text: &str) -> Result<(), Error> {
     DOCUMENT_IS_PRINTED.store(true, Ordering::Relaxed);
-    print(&(quote::in_json(&text, |_| false) + "\n"))
+    print(&(quote::in_json(text, |_| false) + "\n"))
 }

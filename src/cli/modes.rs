@@ -1,18 +1,18 @@
 //! `stickslip modes`: reports frequencies, damping and the loss of stability.
 
 use super::arguments::{Common, ModesOptions};
-use super::input::{GivenCase, overrides};
 use super::plot::{draw, figure_output};
 use super::{CommandEnd, complain, tell};
 use crate::Error;
 use crate::report::ModesReport;
 use stickslip_analysis::analysis::Modes;
+use stickslip_analysis::{GivenCase, overrides};
 use stickslip_case::Case;
 use stickslip_system::model::margin;
 
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
-    let changes = overrides(&options.keys.over(&options.set), None)?;
+    let changes = overrides(&options.keys.over(&options.set))?;
     let case = Case::read(&given.source, &changes)?;
     let (system, title) = (&case.system, &case.title);
     if let (Some(_), Err(reason)) = (&options.figure, margin::resistance(system)) {
@@ -24,13 +24,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<CommandEn
     let changed = given.changed(&changes);
     let target = figure_output(options.figure.as_deref(), options.force, &given, &changed)?;
     let modes = Modes::of_case(system, &case.solver, case.output.end_time);
-    let report = ModesReport {
-        changed: &changed,
-        case: given.source.label(),
-        title,
-        motion: case.motion(),
-        modes: &modes,
-    };
+    let report = ModesReport::new(&given, &changes, &case, &modes);
     tell(common, &report)?;
     let Some(slowing) = &modes.slowing else {
         return Ok(CommandEnd::Done);

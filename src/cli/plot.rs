@@ -1,8 +1,8 @@
 //! `stickslip plot`: draws figures and pages of files.
 
 use super::arguments::{Common, DPI, FigureFormat, PlotOptions};
-use super::input::{GivenCase, columns, open_reference};
 use super::{CommandEnd, complain, show, tell};
+use crate::comparing::{MappingOptions, open_reference};
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, Product};
 use crate::plot::branches::{self, Branches};
@@ -16,11 +16,11 @@ use crate::plot::{
 use crate::report::{DistributionSummary, Page, PageTable, Report, distribution};
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
+use stickslip_analysis::GivenCase;
 use stickslip_analysis::analysis::advice::capitalised;
 use stickslip_analysis::analysis::distribution::Distribution;
 use stickslip_analysis::continuation::Stored;
 use stickslip_case::Motion;
-use stickslip_compare::Mapping;
 use stickslip_files::{Reason, ResultFile, Status, StudyFile, check_sound, schema};
 
 const FIGURE: Product = Product::Figure("-o");
@@ -319,11 +319,14 @@ fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<Co
     }
     let run = DrawnRun::open(file)?;
     let reference = open_reference(file)?;
-    let mapping = Mapping {
+    let mapping = MappingOptions {
+        map: options.map.as_deref(),
+        columns: &options.columns,
         // No figure shows a cause.
         quick: true,
-        ..columns(&reference, options.map.as_deref(), &options.columns)?
+        ..MappingOptions::default()
     };
+    let mapping = mapping.of(&reference)?;
     let beside = DrawnCandidate {
         reference: &reference,
         run: &run,

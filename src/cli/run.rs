@@ -1,27 +1,29 @@
 //! `stickslip run`: runs a case, and writes the result file.
 
 use super::arguments::{Common, RunOptions};
-use super::input::{GivenCase, interrupt_flag, output_of, overrides};
+use super::interrupt::interrupt_flag;
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, complain, interrupted, strictly, tell};
 use crate::Error;
 use crate::report::RunSummary;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
+use stickslip_analysis::{GivenCase, overrides};
 use stickslip_case::{Case, Origin};
 use stickslip_engine::hybrid::RunError;
 use stickslip_files::Overwrite;
 
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, Error> {
     let given = GivenCase::read(&options.case)?;
-    let set = options.budget.over(&options.keys.over(&options.set));
-    let changes = overrides(&set, options.method.as_deref())?;
+    let mut set = options.budget.over(&options.keys.over(&options.set));
+    set.extend(options.method.as_ref().map(|method| format!("solver.method={method}")));
+    let changes = overrides(&set)?;
     let case = &Case::read(&given.source, &changes)?;
     let (source, solver) = (&given.source, &case.solver);
     let suffix = match source.origin {
         Origin::Result(_) => ".repeat.h5",
         _ => ".h5",
     };
-    let path = output_of(source, options.output.as_deref(), suffix)?;
+    let path = given.output(options.output.as_deref(), suffix)?;
     // Set before the partial file exists, so that an interruption ends the run cleanly from then on.
     let stop = interrupt_flag()?;
     log::info!(

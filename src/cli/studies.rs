@@ -1,7 +1,7 @@
 //! Commands that compute a study: `stickslip sweep`, `calibrate`, `continue` and `work-precision`.
 
 use super::arguments::{CalibrateOptions, Common, ContinueOptions, FigureFormat, SweepOptions, WorkPrecisionOptions};
-use super::input::{interrupt_flag, overrides};
+use super::interrupt::interrupt_flag;
 use super::plot::{self, FigureOutput};
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, interrupted, strictly, tell};
@@ -12,11 +12,11 @@ use crate::report::{BranchesReport, CalibrationReport, PrecisionReport, SweepSum
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-use stickslip_analysis::ErrorKind;
 use stickslip_analysis::analysis::work_precision::{self, PrecisionRun, PrecisionStudy};
 use stickslip_analysis::calibrate::{CALIBRATIONS, Calibration, CalibrationRun, CalibrationStudy};
 use stickslip_analysis::continuation::{CONTINUATIONS, Continuation, ContinuationStudy};
 use stickslip_analysis::sweep::{STUDIES, Shard, Study, StudySource, Sweep, journal_path};
+use stickslip_analysis::{ErrorKind, overrides};
 use stickslip_engine::workers::processors;
 use stickslip_files::disk::same_file;
 use stickslip_files::{Overwrite, Reason, check_target};
@@ -123,7 +123,7 @@ fn resumable(error: stickslip_analysis::Error, path: &Path) -> Error {
 
 pub(super) fn continuation(options: &ContinueOptions, common: &Common) -> Result<CommandEnd, Error> {
     let source = StudySource::find(&options.study, CONTINUATIONS)?;
-    let study = ContinuationStudy::parse(source, &overrides(&options.keys.over(&options.set), None)?)?;
+    let study = ContinuationStudy::parse(source, &overrides(&options.keys.over(&options.set))?)?;
     let path = file_of(options.output.as_ref(), &study.head.source, None);
     let stop = interrupt_flag()?;
     let clock = Instant::now();

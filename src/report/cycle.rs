@@ -2,32 +2,49 @@
 
 use super::{Page, PageTable, Report, below_changes, fixed};
 use serde::Serialize;
-use stickslip_analysis::cycle::{CycleCertificate, EnclosedEvent, Multiplier, MultiplierKind, Orbit};
+use stickslip_analysis::cycle::{
+    CertifiedCycle, CycleCertificate, CycleFile, EnclosedEvent, Multiplier, MultiplierKind, Orbit,
+};
 use stickslip_case::Motion;
 use stickslip_system::quote::bound;
 
-#[derive(Serialize)]
-pub(crate) struct CycleReport<'a> {
-    pub status: &'static str,
-    pub file: String,
+/// Report on a periodic motion.
+#[derive(Debug, Serialize)]
+pub struct CycleReport<'a> {
+    status: &'static str,
+    file: String,
     /// Origin of the case.
-    pub case: String,
-    pub title: &'a str,
+    case: &'a str,
+    title: &'a str,
     /// Overrides of the case, in words.
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
-    pub changed: &'a [String],
+    changed: &'a [String],
     #[serde(skip)]
-    pub motion: Motion,
-    /// The motion with the times of its file.
+    motion: Motion,
     #[serde(flatten)]
-    pub orbit: Orbit,
+    orbit: &'a Orbit,
+}
+
+impl<'a> CycleReport<'a> {
+    /// Report on the motion of a file.
+    pub fn new(found: &'a CycleFile) -> CycleReport<'a> {
+        CycleReport {
+            status: "complete",
+            file: found.file.display().to_string(),
+            case: &found.source,
+            title: &found.title,
+            changed: &found.changed,
+            motion: found.motion,
+            orbit: &found.orbit,
+        }
+    }
 }
 
 impl Report for CycleReport<'_> {
     fn page(&self) -> Page {
         let title = format!("{}: periodic motion", self.title);
         Page::new(title, below_changes(self.changed, ""))
-            .with(numbers(&self.orbit, self.motion))
+            .with(numbers(self.orbit, self.motion))
             .with(&*self.file)
     }
 }
@@ -110,13 +127,26 @@ fn numbers(orbit: &Orbit, motion: Motion) -> PageTable {
 /// Rows of a certificate that are no details.
 const MOST_EVENTS: usize = 8;
 
-#[derive(Serialize)]
-pub(crate) struct CycleCertificateReport<'a> {
-    pub status: &'static str,
-    pub file: String,
-    pub title: &'a str,
+/// Report on the certificate of a cycle.
+#[derive(Debug, Serialize)]
+pub struct CycleCertificateReport<'a> {
+    status: &'static str,
+    file: String,
+    title: &'a str,
     #[serde(flatten)]
-    pub certificate: &'a CycleCertificate,
+    certificate: &'a CycleCertificate,
+}
+
+impl<'a> CycleCertificateReport<'a> {
+    /// Report on the certificate of a file.
+    pub fn new(certified: &'a CertifiedCycle) -> CycleCertificateReport<'a> {
+        CycleCertificateReport {
+            status: "complete",
+            file: certified.file.display().to_string(),
+            title: &certified.title,
+            certificate: &certified.certificate,
+        }
+    }
 }
 
 impl Report for CycleCertificateReport<'_> {

@@ -7,6 +7,7 @@
 mod branches;
 mod calibration;
 mod certificate;
+mod comparison;
 mod cycle;
 mod file;
 mod keys;
@@ -16,28 +17,57 @@ mod render;
 mod run;
 mod sweep;
 
+pub use comparison::CompareReport;
+pub(crate) use comparison::comparison_page;
+pub use cycle::{CycleCertificateReport, CycleReport};
+pub use modes::ModesReport;
+
 pub(crate) use branches::BranchesReport;
 pub(crate) use calibration::CalibrationReport;
-pub(crate) use cycle::{CycleCertificateReport, CycleReport};
 pub(crate) use file::FilesReport;
 pub(crate) use keys::{ListedKey, listed_keys};
-pub(crate) use modes::ModesReport;
 pub(crate) use precision::PrecisionReport;
 pub(crate) use render::{html, markdown, terminal};
 pub(crate) use run::RunSummary;
 pub(crate) use sweep::{DistributionSummary, SweepSummary, distribution};
 
+use crate::Error;
 use serde::Serialize;
 use std::ops::Range;
 use stickslip_case::changed_line;
 use stickslip_system::quote::bound;
 
 /// The result of a command: its fields are the keys of the JSON document, its page is the text.
-pub(crate) trait Report: Serialize {
+pub trait Report: Serialize {
     /// Whether the keys of the document are in alphabetical order instead of that of the fields.
     const SORTED: bool = false;
 
+    /// The texts and tables of the report.
     fn page(&self) -> Page;
+
+    /// The whole report as text.
+    fn text(&self) -> String {
+        terminal(&self.page(), true)
+    }
+
+    /// The report as a JSON document.
+    ///
+    /// # Errors
+    /// A value that JSON cannot express.
+    fn document(&self) -> Result<String, Error>
+    where
+        Self: Sized,
+    {
+        let text = match Self::SORTED {
+            true => serde_json::to_value(self).and_then(|value| serde_json::to_string_pretty(&value)),
+            false => serde_json::to_string_pretty(self),
+        };
+        text.map_err(unwritten)
+    }
+}
+
+pub(crate) fn unwritten(error: serde_json::Error) -> Error {
+    Error::computation(format!("writing JSON failed: {error}"))
 }
 
 /// The line above `text` that names what was changed, if anything was.
@@ -52,11 +82,11 @@ pub(crate) fn below_changes(changed: &[String], text: impl Into<String>) -> Stri
 
 /// Texts, tables and figures of a report, in reading order.
 #[derive(Debug, Default)]
-pub(crate) struct Page {
-    pub title: String,
+pub struct Page {
+    pub(crate) title: String,
     /// The main result, below the title; may be empty.
-    pub verdict: String,
-    pub parts: Vec<PagePart>,
+    pub(crate) verdict: String,
+    pub(crate) parts: Vec<PagePart>,
 }
 
 #[derive(Debug)]
@@ -98,7 +128,7 @@ impl From<PageTable> for PagePart {
 }
 
 impl Page {
-    pub fn new(title: impl Into<String>, verdict: impl Into<String>) -> Page {
+    pub(crate) fn new(title: impl Into<String>, verdict: impl Into<String>) -> Page {
         Page {
             title: title.into(),
             verdict: verdict.into(),
@@ -106,13 +136,13 @@ impl Page {
         }
     }
 
-    pub fn with(mut self, part: impl Into<PagePart>) -> Page {
+    pub(crate) fn with(mut self, part: impl Into<PagePart>) -> Page {
         self.parts.push(part.into());
         self
     }
 
     /// Adds all parts; an `Option` adds one or none.
-    pub fn with_all(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
+    pub(crate) fn with_all(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
         self.parts.extend(parts.into_iter().map(Into::into));
         self
     }
@@ -124,7 +154,7 @@ impl Page {
     }
 
     /// Adds parts without blank lines before them. Below a detail they are details, too.
-    pub fn below(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
+    pub(crate) fn below(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
         let is_detail = matches!(self.parts.last(), Some(PagePart::Detail(_)));
         for part in parts {
             let part = PagePart::Below(Box::new(part.into()));
@@ -134,7 +164,7 @@ impl Page {
     }
 
     /// Adds details.
-    pub fn details(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
+    pub(crate) fn details(mut self, parts: impl IntoIterator<Item = impl Into<PagePart>>) -> Page {
         self.parts.extend(parts.into_iter().map(|part| part.into().detail()));
         self
     }

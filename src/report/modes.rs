@@ -3,14 +3,15 @@
 use super::{NumberFormat, Page, PageTable, Report, below_changes, fixed, significant};
 use serde::Serialize;
 use std::f64::consts::TAU;
+use stickslip_analysis::GivenCase;
 use stickslip_analysis::analysis::Modes;
 use stickslip_analysis::analysis::headline::or_none;
 use stickslip_analysis::analysis::stability::SlidingVerdict;
 use stickslip_analysis::analysis::stability::modes::{
     Instability, OnsetDecision, OperatingPoint, SlowingModes, Stability, StabilityChange, SystemMode, SystemState,
 };
-use stickslip_case::Motion;
 use stickslip_case::quantity::Dimension;
+use stickslip_case::{Case, Motion, Override};
 
 /// Rounding of an eigenvalue, relative to the largest one.
 const ROUNDING: f64 = 1e-13;
@@ -24,18 +25,32 @@ const OF_CHANGES: &str = "Where steady sliding loses its stability, and the freq
 const BRIEF: &str = "The unstable window is shorter than one oscillation: nothing can swing up in it, and a\nrate or a number of \
                      e-folds of its growth would say nothing.";
 
-#[derive(Serialize)]
-pub(crate) struct ModesReport<'a> {
+/// Report on the modes of a case.
+#[derive(Debug, Serialize)]
+pub struct ModesReport<'a> {
     /// Origin of the case.
-    pub case: String,
-    pub title: &'a str,
+    case: String,
+    title: &'a str,
     /// Overrides of the case, in words.
-    #[serde(skip_serializing_if = "<[String]>::is_empty")]
-    pub changed: &'a [String],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    changed: Vec<String>,
     #[serde(serialize_with = "name")]
-    pub motion: Motion,
+    motion: Motion,
     #[serde(flatten)]
-    pub modes: &'a Modes,
+    modes: &'a Modes,
+}
+
+impl<'a> ModesReport<'a> {
+    /// Report on the modes of a case, which is `given` with these changes.
+    pub fn new(given: &GivenCase, changes: &[Override], case: &'a Case, modes: &'a Modes) -> ModesReport<'a> {
+        ModesReport {
+            case: given.source.label(),
+            title: &case.title,
+            changed: given.changed(changes),
+            motion: case.motion(),
+            modes,
+        }
+    }
 }
 
 fn name<S: serde::Serializer>(motion: &Motion, serializer: S) -> Result<S::Ok, S::Error> {
@@ -57,7 +72,7 @@ fn speed(motion: Motion, digits: NumberFormat, value: f64) -> String {
 impl Report for ModesReport<'_> {
     fn page(&self) -> Page {
         let (modes, motion) = (self.modes, self.motion);
-        let page = Page::new(self.title, below_changes(self.changed, ""));
+        let page = Page::new(self.title, below_changes(&self.changed, ""));
         let Some(slowing) = &self.modes.slowing else {
             return page
                 .with_all(modes.operating_points.iter().map(|point| operating(point, motion)))

@@ -1,14 +1,12 @@
 //! A run kept in memory, when it is written, gives the same file as a run that was recorded to the file.
 
 use std::error::Error;
-use std::ffi::OsString;
 use std::path::Path;
-use std::sync::Arc;
-use stickslip::SavedRun;
-use stickslip::analysis::KeptReport;
+use stickslip::analysis::{KeptReport, Modes};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::cli::{CommandEnd, Said, capture};
+use stickslip::report::{ModesReport, Report};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status};
+use stickslip::{GivenCase, SavedRun, overrides};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -129,25 +127,17 @@ fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
     Ok(())
 }
 
-fn captured(arguments: &[&str]) -> (Said, Result<CommandEnd, stickslip::Error>) {
-    capture(arguments.iter().map(OsString::from), Arc::default())
-}
-
-/// One call gives report and document, and writes nothing to the streams of the process.
 #[test]
-fn cli_a_captured_command_gives_report_and_document() -> Outcome {
-    let (modes, end) = captured(&["modes", "paper"]);
-    assert!(matches!(end, Ok(CommandEnd::Done)));
-    assert!(modes.text.contains("natural period T_n"));
-    let document: serde_json::Value = serde_json::from_str(&modes.document.ok_or("no document")?)?;
+fn property_a_report_gives_text_and_document() -> Outcome {
+    let given = GivenCase::read("paper")?;
+    let changes = overrides(&["friction.decay=4".to_owned()])?;
+    let case = Case::read(&given.source, &changes)?;
+    let modes = Modes::of_case(&case.system, &case.solver, case.output.end_time);
+    let report = ModesReport::new(&given, &changes, &case, &modes);
+    assert!(report.text().contains("natural period T_n"));
+    let document: serde_json::Value = serde_json::from_str(&report.document()?)?;
+    assert_eq!(document["case"], "built-in case paper");
+    assert_eq!(document["changed"], serde_json::json!(["friction.decay = 4"]));
     assert!(document["natural_period"].is_number());
-    let (_, wrong) = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
-    let error = wrong.expect_err("a misspelt key");
-    assert!(
-        error.is_input() && error.to_string().contains("friction.decay"),
-        "{error}"
-    );
-    let (_, usage) = captured(&["no-such-command"]);
-    assert!(usage.is_err_and(|error| error.is_input()));
     Ok(())
 }

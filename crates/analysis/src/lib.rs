@@ -49,10 +49,12 @@ pub mod continuation;
 pub mod cycle;
 pub mod earlier;
 mod error;
+mod given;
 pub mod provenance;
 pub mod study;
 pub mod sweep;
 
-pub use analysis::{Certify, SavedRun};
+pub use analysis::{Certify, SavedCertificate, SavedRun};
 pub use error::{Error, ErrorKind};
+pub use given::{GivenCase, overrides};
 pub use sweep::Sweep;

@@ -2,12 +2,12 @@
 //! /certificate, /sensitivity and /events/time_uncertainty; a second method adds /witness and /events/witness_time.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::attributes::{describe, describe_text, quantity, write_attributes};
 use super::schema::{self, Variable};
 use super::table::{ColumnValues, FileColumn, create_empty, create_group, with_type};
-use super::target::{self, Overwrite};
+use super::target::{self, Reservation};
 use super::{AttributeValue, ResultError, raw};
 use stickslip_system::record::Cycle;
 
@@ -219,21 +219,16 @@ impl Addition {
     }
 }
 
-/// Copies a complete result file to `to` and adds the certificate. `to` appears when it is complete.
+/// Copies a complete result file to a reserved place and adds the certificate. The copy appears when it is complete.
 ///
 /// # Errors
-/// Errors of [`super::check_target`], of copying and of writing.
-pub fn write_certified(
-    from: &Path,
-    to: &Path,
-    overwrite: Overwrite,
-    additions: &[Addition],
-) -> Result<(), ResultError> {
-    target::check_target(to, overwrite, &[from.to_owned()])?;
-    let partial: PathBuf = target::partial_path(to);
-    let whole = copy_with(from, &partial, additions).and_then(|()| target::rename(&partial, to, overwrite));
+/// The file cannot be copied or written; meanwhile another file has come to the place.
+pub fn write_certified(from: &Path, place: &Reservation, additions: &[Addition]) -> Result<(), ResultError> {
+    let partial = &place.partial;
+    let whole =
+        copy_with(from, partial, additions).and_then(|()| target::rename(partial, &place.path, place.overwrite));
     if whole.is_err() {
-        let _ = fs::remove_file(&partial);
+        let _ = fs::remove_file(partial);
     }
     whole
 }

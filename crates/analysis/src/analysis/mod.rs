@@ -8,6 +8,7 @@
 //! | `exponent` | largest Lyapunov exponent of an aperiodic motion |
 //! | `warning`, `witness`, `sequence` | warnings about a result; the case by another method, and its repetition with finer settings |
 //! | `certification`, `certify_report` | certificate of a result and its sensitivities; as a document, and as groups of a file |
+//! | `saved_certificate` | certificate of a case or a result, in a copy of the result |
 //! | `ladder`, `certificate`, `bands` | runs by independent methods until a deadline; verdicts and uncertainties; error bands |
 //! | `exact` | events of the oracle, or of another code with more digits |
 //! | `advice` | remedies for a result with too few true digits |
@@ -31,6 +32,7 @@ pub mod ladder;
 pub mod linearised;
 pub(crate) mod quantity;
 mod run;
+mod saved_certificate;
 mod section;
 pub mod sensitivity;
 mod sequence;
@@ -49,6 +51,7 @@ pub use headline::{HeadlineRow, headline};
 pub use ladder::Deadline;
 pub(crate) use run::recorded;
 pub use run::{KeptReport, Recorded, SavedReport, SavedRun};
+pub use saved_certificate::{CertificateRequest, CertifiedFile, SavedCertificate, without_case};
 pub use section::{LONGEST_PERIOD, RECURRENCE_TOLERANCE};
 pub use stability::Growth;
 pub use stability::Modes;

@@ -12,10 +12,12 @@
 //! | `orbit` | description of a cycle: multipliers, events, margins |
 //! | `saved` | cycle as a case, and its groups in a file |
 //! | `certify` | certification by the independent oracle |
+//! | `file` | search and certification into files |
 
 mod certify;
 mod equations;
 mod family;
+mod file;
 mod find;
 pub mod orbit;
 mod saved;
@@ -26,6 +28,7 @@ pub(crate) use equations::{
     scales, solve, tangent,
 };
 pub use family::Family;
+pub use file::{CertifiedCycle, CycleFile, SavedCycle};
 pub use find::{CycleSearch, From, LONGEST, find, refine};
 pub(crate) use find::{apart, later, to_slip};
 pub(crate) use orbit::word;

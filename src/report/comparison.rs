@@ -1,13 +1,43 @@
-//! Contents of a comparison's report, common to all formats.
+//! Page of a comparison, common to all formats.
 
-use crate::report::{NumberFormat, Page, PageTable, exponent, fixed};
-use stickslip_compare::{ChannelErrors, Comparison, Score, Statistic};
+use super::{NumberFormat, Page, PageTable, Report, exponent, fixed};
+use serde::Serialize;
+use stickslip_compare::{ChannelErrors, Comparison, Requirement, Score, Statistic};
 use stickslip_system::record::sequence::{Difference, Fault};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Length {
-    Screen,
-    Whole,
+/// Report on comparisons with one reference.
+#[derive(Debug, Serialize)]
+pub struct CompareReport<'a> {
+    comparisons: &'a [Comparison],
+    /// The failed requirements in words.
+    pub shortfalls: Vec<String>,
+    /// The written report.
+    #[serde(skip)]
+    pub(crate) file: Option<String>,
+}
+
+impl<'a> CompareReport<'a> {
+    /// Report on comparisons, with the requirements that they do not meet.
+    pub fn new(comparisons: &'a [Comparison], requirements: &[Requirement]) -> CompareReport<'a> {
+        let short = |comparison: &'a Comparison| requirements.iter().filter_map(|r| r.shortfall(comparison));
+        CompareReport {
+            comparisons,
+            shortfalls: comparisons.iter().flat_map(short).collect(),
+            file: None,
+        }
+    }
+}
+
+impl Report for CompareReport<'_> {
+    fn page(&self) -> Page {
+        let mut pages = self.comparisons.iter().map(|c| comparison_page(c, false));
+        let first = pages.next().unwrap_or_default();
+        let all = pages.fold(first, |page, next| {
+            page.with(format!("{}\n{}", next.title, next.verdict))
+                .with_all(next.parts)
+        });
+        all.with_all(self.file.clone())
+    }
 }
 
 /// Rows of the statistics that are no details.
@@ -16,7 +46,8 @@ const MOST_STATISTICS: usize = 3;
 /// Most differences between the sequences that are listed on a terminal.
 const LISTED: usize = 10;
 
-pub(super) fn page(c: &Comparison, length: Length) -> Page {
+/// Page of a comparison. A `whole` one lists every event and every difference between the sequences.
+pub(crate) fn comparison_page(c: &Comparison, whole: bool) -> Page {
     let title = format!("{} against {}", c.candidate, c.reference);
     let e = &c.event_errors;
     let also = c.causes.iter().skip(1);
@@ -54,7 +85,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         .map(|wrong| format!("first wrong event: {}", wrong.words()));
     page = page.details(wrong).details(c.cycles.as_ref().map(growth));
     if !c.sequence.is_empty() {
-        let shown = if length == Length::Screen { LISTED } else { usize::MAX };
+        let shown = if whole { usize::MAX } else { LISTED };
         let more = c.sequence.len().saturating_sub(shown);
         page = page
             .details([sequence(&c.sequence, shown)])
@@ -70,7 +101,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         let why = why.collect::<Vec<_>>().join("; ");
         page = page.details([format!("not compared: {why}")]);
     }
-    if length == Length::Whole && e.matched > 0 {
+    if whole && e.matched > 0 {
         page = page.details([events(c)]);
         // The growth summarises runs with many cycles; --json contains every event.
         let more = e.events.len().saturating_sub(most_events(c));

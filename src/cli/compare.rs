@@ -1,53 +1,37 @@
 //! `stickslip compare`: compares the result of another solver with a reference.
 
 use super::arguments::{Common, CompareOptions};
-use super::input::{columns, open_reference};
 use super::progress::{BarKind, watched};
 use super::{CommandEnd, tell};
 use crate::Error;
+use crate::comparing::{MappingOptions, open_reference, refuse_swapped};
 use crate::output::{Output, Product};
 use crate::plot::comparison::DrawnCandidate;
 use crate::plot::signature::REPORT;
 use crate::plot::{self, Drawing, DrawnRun, Figure};
-use crate::report::{DrawnPage, Page, PagePart, Report, html, markdown};
-use serde::Serialize;
+use crate::report::{CompareReport, DrawnPage, Page, PagePart, comparison_page, html, markdown};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use stickslip_compare::{CompareError, Comparison, Mapping, Reference, Requirement};
-use stickslip_files::{ResultFile, is_hdf5};
-
-mod pages;
-
-#[derive(Serialize)]
-struct CompareReport<'a> {
-    comparisons: &'a [Comparison],
-    /// The failed requirements in words.
-    shortfalls: &'a [String],
-    /// The written report.
-    #[serde(skip)]
-    file: Option<String>,
-}
-
-impl Report for CompareReport<'_> {
-    fn page(&self) -> Page {
-        let mut pages = self.comparisons.iter().map(|c| pages::page(c, pages::Length::Screen));
-        let first = pages.next().unwrap_or_default();
-        let all = pages.fold(first, |page, next| {
-            page.with(format!("{}\n{}", next.title, next.verdict))
-                .with_all(next.parts)
-        });
-        all.with_all(self.file.clone())
-    }
-}
+use stickslip_compare::{Comparison, Mapping, Reference, Requirement};
 
 pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<CommandEnd, Error> {
     let requirements = options.require.iter().map(|text| Requirement::parse(text));
     let requirements = requirements.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
     let report = options.report.as_deref();
     let report = report.map(|path| ReportTarget::new(path, options)).transpose()?;
-    refuse_swapped(options)?;
+    refuse_swapped(&options.reference, &options.candidates)?;
     let reference = open_reference(&options.reference)?;
-    let mapping = mapping(options, &reference)?;
+    let mapping = MappingOptions {
+        map: options.map.as_deref(),
+        columns: &options.columns,
+        events: options.events.as_deref(),
+        time_offset: options.time_offset.as_deref(),
+        velocity_tolerance: options.velocity_tolerance.as_deref(),
+        hysteresis: options.hysteresis,
+        quick: options.quick,
+        max_wall_time: options.max_wall_time.as_deref(),
+    };
+    let mapping = mapping.of(&reference)?;
     let comparisons = options.candidates.iter().map(|path| {
         let comparison = watched(common, BarKind::Share, &Arc::default(), |bar| {
             reference.compare_watched(path, &mapping, bar)
@@ -55,13 +39,10 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
         Ok(comparison?)
     });
     let comparisons = comparisons.collect::<Result<Vec<_>, Error>>()?;
-    let shortfalls: Vec<String> = comparisons
-        .iter()
-        .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
-        .collect();
+    let mut told = CompareReport::new(&comparisons, &requirements);
     if let Some(target) = &report {
         let page = |(number, c): (usize, &Comparison)| {
-            let mut page = pages::page(c, pages::Length::Whole);
+            let mut page = comparison_page(c, true);
             let figures = figures((&reference, &mapping), c, (&target.output, number));
             // The figures follow the statistics, and the resolution before them.
             let place = page
@@ -73,59 +54,17 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<Comma
             page
         };
         let mut pages: Vec<_> = comparisons.iter().enumerate().map(page).collect();
-        if !shortfalls.is_empty() {
-            pages.push(Page::new("Fell short", "").with(PagePart::List(shortfalls.clone())));
+        if !told.shortfalls.is_empty() {
+            pages.push(Page::new("Fell short", "").with(PagePart::List(told.shortfalls.clone())));
         }
         target.write(&pages)?;
     }
-    let report = CompareReport {
-        comparisons: &comparisons,
-        shortfalls: &shortfalls,
-        file: report.map(|target| target.output.path().display().to_string()),
-    };
-    tell(common, &report)?;
-    match shortfalls.is_empty() {
+    told.file = report.map(|target| target.output.path().display().to_string());
+    tell(common, &told)?;
+    match told.shortfalls.is_empty() {
         true => Ok(CommandEnd::Done),
-        false => Err(Error::computation(shortfalls.join("; "))),
+        false => Err(Error::computation(told.shortfalls.join("; "))),
     }
-}
-
-/// Refuses a table in place of the reference if the only candidate is a result.
-fn refuse_swapped(options: &CompareOptions) -> Result<(), Error> {
-    let reference = &options.reference;
-    match &options.candidates[..] {
-        [candidate] if reference.is_file() && !is_hdf5(reference) && ResultFile::open(candidate).is_ok() => {
-            let (table, result) = (reference.display(), candidate.display());
-            let why = format!(
-                "no result of this program, but {result} is; the reference comes first: stickslip compare {result} {table}"
-            );
-            Err(Error::of_file(reference, why))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn mapping(options: &CompareOptions, reference: &Reference) -> Result<Mapping, CompareError> {
-    let mut mapping = columns(reference, options.map.as_deref(), &options.columns)?;
-    if let Some(path) = &options.events {
-        mapping.event_file = Some(path.clone());
-    }
-    if let Some(text) = &options.velocity_tolerance {
-        mapping.set_tolerance(text)?;
-    }
-    if let Some(text) = &options.time_offset {
-        mapping.set_time_offset(text)?;
-    }
-    mapping.quick = options.quick;
-    if let Some(text) = &options.max_wall_time {
-        mapping.set_max_wall_time(text)?;
-    }
-    if let Some(factor) = options.hysteresis {
-        mapping
-            .set_hysteresis(factor)
-            .map_err(|what| CompareError::Option(format!("--hysteresis: {what}")))?;
-    }
-    Ok(mapping)
 }
 
 /// Width of a figure, mm.
