@@ -129,11 +129,16 @@ def cycle(
         raise InputError("period and periods both give the length of the cycle; leave one of them out")
     if period is not None and not 0 < period < math.inf:
         raise InputError(f"period={period}: give a time greater than 0 s")
-    scratch = Scratch() if output is None else None
-    file = os.path.abspath(output) if output is not None else scratch.file("cycle.h5")
-    names = {} if output is not None else {file: "the cycle (keep it with output=)"}
-    place = None if branch is None else (branch, point)
-    asked = (settings(overrides), start == "initial", period, periods, place)
+    place = None if branch is None or point is None else (branch, point)
+    scratch, names = None, {}
+    if output is None:
+        scratch = Scratch()
+        output = scratch.file("cycle.h5")
+        names[output] = "the cycle (keep it with output=)"
+    file = os.path.abspath(output)
+    kind, text = source(case, absolute=True)
     with worded(names):
-        told = _native.cycle(*source(case, absolute=True), *asked, file, replace)
+        told = _native.cycle(
+            kind, text, settings(overrides), start == "initial", period, periods, place, file, replace
+        )
     return Cycle(told, names, Path(file), scratch)

@@ -98,7 +98,7 @@ def cycle(
     from_initial: bool,
     period: float | None,
     periods: int | None,
-    place: tuple[int, int | None] | None,
+    place: tuple[int, int] | None,
     path: str,
     replace: bool,
 ) -> _Told: ...

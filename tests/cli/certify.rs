@@ -2,6 +2,7 @@
 
 use crate::common::cli::{Folder, json, says};
 use crate::common::unlocked;
+use stickslip::results::{Overwrite, Reservation};
 
 /// A short slide from a low speed with a kick, which sticks and slips within a quarter of a second.
 const QUICK: &[&str] = &[
@@ -260,6 +261,26 @@ fn cli_certify_refuses_what_it_cannot_do() {
         "{:?}",
         folder.names()
     );
+}
+
+/// While another process writes a file, a certificate into it is refused as a run is.
+#[test]
+fn cli_certify_into_a_file_that_is_being_written() {
+    let folder = Folder::new();
+    folder.ok("run block -q -o run.h5");
+    folder.ok("cycle belt-exponential -q -o cycle.h5");
+    let place = Reservation::take(&folder.path("x.h5"), Overwrite::OwnResults, &[]).unwrap();
+    for command in [
+        "certify run.h5 -o x.h5",
+        "certify block -o x.h5",
+        "certify cycle.h5 -o x.h5",
+    ] {
+        folder.refused(command, "x.partial.h5: another run is writing this file & -o");
+    }
+    drop(place);
+    assert_eq!(folder.names(), ["cycle.h5", "run.h5"]);
+    folder.ok("certify run.h5 -q -o x.h5");
+    assert_eq!(folder.names(), ["cycle.h5", "run.h5", "x.h5"]);
 }
 
 #[test]
