@@ -70,11 +70,11 @@ pub struct Handle {
     /// Ends the computation in good order.
     pub stop: Arc<AtomicBool>,
     /// What is done, of how much; `None` before the start.
-    progress: Mutex<Option<(u64, u64)>>,
+    progress: Mutex<Option<(f64, f64)>>,
 }
 
 impl Handle {
-    fn progress(&self) -> Option<(u64, u64)> {
+    fn progress(&self) -> Option<(f64, f64)> {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -85,7 +85,7 @@ impl Watch for Handle {
     }
 
     fn at(&self, done: f64, of: f64, _what: Arguments<'_>) -> ControlFlow<()> {
-        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some((done as u64, of as u64));
+        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some((done, of));
         go_on_unless(self.stopped())
     }
 }
@@ -104,7 +104,13 @@ pub fn interruptible<T: Send>(
         match (&progress, now) {
             (Some(progress), Some(numbers)) if now != told => {
                 told = now;
-                Python::attach(|py| progress.call1(py, numbers).map(drop))
+                let (done, of) = numbers;
+                // Counts are integers in Python, too.
+                let made = Python::attach(|py| match done.fract() == 0.0 && of.fract() == 0.0 {
+                    true => progress.call1(py, (done as u64, of as u64)),
+                    false => progress.call1(py, numbers),
+                });
+                made.map(drop)
             }
             _ => Ok(()),
         }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings
 from ._command import worded
 from ._errors import InputError, needs_xarray
 from ._progress import Progress, shown
-from ._sweep import study_of
+from ._sweep import StudyFiles
 
 if TYPE_CHECKING:
     import xarray
@@ -120,10 +119,7 @@ def follow(
     :raises RunError: no first cycle was found.
     """
     needs_xarray()
-    if resume and output is None:
-        raise InputError("resume=True goes on with the file of an interrupted continuation: name it with output=")
-    if resume and replace:
-        raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
+    files = StudyFiles("continuation", output, replace, resume)
     more = {
         "from": start,
         "period": period,
@@ -135,33 +131,21 @@ def follow(
         "curves": None if curves is None else list(curves),
     }
     branch = {name: value for name, value in more.items() if value is not None}
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        folder = Path(name)
-        changes: Overrides = overrides
-        if isinstance(study, Mapping):
-            if case is None:
-                raise InputError("a range is of a case: name it, as stickslip.run takes it")
-            text = study_of(study, case, overrides, {"branch": {"of": list(of), **branch}}, folder)
-            changes = None
-        elif case is not None or branch or tuple(of) != ("cycle",):
-            raise InputError("case, of, start and what else is said of branches go with a range; a study says them itself")
-        else:
-            text = os.fspath(study)
-        if isinstance(study, Mapping) or "\n" in text:
-            (folder / "study.toml").write_text(text, encoding="utf-8")
-            text = os.fspath(folder / "study.toml")
-        elif text.startswith("-"):
-            text = os.path.abspath(text)
-        file = folder / "branches.h5" if output is None else Path(output)
-        known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
-        if output is None:
-            known_as[os.fspath(file)] = "the continuation (keep it with output=)"
-        with worded(known_as), shown(progress, "points") as told:
-            remarks = _native.follow(text, settings(changes), os.path.abspath(file), replace, resume, told)
-        dataset = read_continuation(file)
-        if remarks:
-            dataset.attrs["remarks"] = remarks
-        return dataset
+    if isinstance(study, Mapping):
+        if case is None:
+            raise InputError("a range is of a case: name it, as stickslip.run takes it")
+        text = files.of_axes(study, case, overrides, {"branch": {"of": list(of), **branch}})
+        overrides = None
+    elif case is not None or branch or tuple(of) != ("cycle",):
+        raise InputError("case, of, start and what else is said of branches go with a range; a study says them itself")
+    else:
+        text = os.fspath(study)
+    with worded(files.names), shown(progress, "points") as told:
+        remarks = _native.follow(files.path(text), settings(overrides), files.output, replace, resume, told)
+    dataset = read_continuation(files.output)
+    if remarks:
+        dataset.attrs["remarks"] = remarks
+    return dataset
 
 
 continue_ = follow

@@ -18,7 +18,7 @@ from ._case import CaseLike, Overrides, PathLike
 from ._command import Report, in_python, named, worded
 from ._errors import FileError, InputError
 from ._open import open as open_file, open_run
-from ._progress import Progress, shown
+from ._progress import RunProgress, shown
 from ._run import Run, run, structured
 from ._scratch import Scratch
 
@@ -167,14 +167,15 @@ def certify(
     *,
     digits: int | None = None,
     oracle: bool = False,
-    progress: bool | Progress = False,
+    progress: bool | RunProgress = False,
 ) -> Certificate:
     """Certifies a run: how far the time of every event can be from the exact solution of the stated model.
 
     :param what: a :class:`Run`, or a case that is run first, as :func:`run` takes it with ``overrides``.
     :param digits: digits required of every event; unmet ones are in ``certificate.shortfall``.
     :param oracle: also run the exact solver (oracle), in multiple precision, and compare the run with its solution.
-    :param progress: ``True`` shows a bar of tqdm, in a notebook as a widget; a function is called with what is done, of how much.
+    :param progress: of the exact solver: ``True`` shows a bar of tqdm, in a notebook as a widget; a function is called with the
+        simulated time and its end, s.
     :raises RunError: the run is not complete, or could not be certified.
     """
     if isinstance(what, Run) and overrides:
@@ -187,6 +188,6 @@ def certify(
     names = {file: "the certificate (keep it with save)"}
     if certified.path is None:
         names[given] = "the run"
-    with worded(names), shown(progress, "steps") as told:
+    with worded(names), shown(progress, "s") as told:
         outcome = _native.certify(given, file, digits, oracle, told)
     return Certificate(outcome, names, file, scratch)

@@ -18,7 +18,7 @@ from ._case import PathLike
 from ._command import Report, in_python, worded
 from ._errors import FileError, InputError
 from ._plot import plot_comparison
-from ._progress import Progress, shown
+from ._progress import RunProgress, shown
 from ._run import Run
 from ._scratch import Scratch
 
@@ -123,7 +123,7 @@ def compare(
     hysteresis: float | None = None,
     max_wall_time: float | str | None = None,
     require: Sequence[str] = (),
-    progress: bool | Progress = False,
+    progress: bool | RunProgress = False,
     **arrays: ArrayLike,
 ) -> Comparison:
     """Compares a candidate with a reference.
@@ -144,7 +144,7 @@ def compare(
     :param hysteresis: a stick ends where the relative velocity exceeds this many tolerances.
     :param max_wall_time: the search for causes ends after this wall time, s or with a unit; 10 min by default.
     :param require: requirements such as ``"onset<1e-6"``; unmet ones are in ``comparison.shortfalls``.
-    :param progress: ``True`` shows a bar of tqdm, in a notebook as a widget; a function is called with what is done, of how much.
+    :param progress: ``True`` shows a bar of tqdm, in a notebook as a widget; a function is called with the share that is done, of 1.
     :raises InputError: a candidate that cannot be compared.
     """
     if candidate is not None and arrays:
@@ -190,7 +190,7 @@ def compare(
         names[f"--column {single[-1]}"] = f"units={{{json.dumps(channel)}: {json.dumps(unit)}}}"
     texts = (None if value is None else str(value) for value in (time_offset, velocity_tolerance, max_wall_time))
     offset, tolerance, longest = texts
-    with worded(names), shown(progress, "steps") as told:
+    with worded(names), shown(progress, "comparison") as told:
         compared = _native.compare(
             against, path, mapping, single, event_file, offset, tolerance, hysteresis, longest, list(require), told
         )

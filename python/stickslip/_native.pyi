@@ -75,7 +75,7 @@ def certify(
     target: str,
     digits: int | None,
     oracle: bool,
-    progress: Callable[[int, int], object] | None,
+    progress: Callable[[float, float], object] | None,
 ) -> tuple[_Told, list[str], str | None]: ...
 def compare(
     reference: str,
@@ -88,7 +88,7 @@ def compare(
     hysteresis: float | None,
     max_wall_time: str | None,
     require: list[str],
-    progress: Callable[[int, int], object] | None,
+    progress: Callable[[float, float], object] | None,
 ) -> _Told: ...
 def modes(kind: str, text: str, settings: list[str]) -> _Told: ...
 def cycle(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from ._command import worded
 from ._errors import InputError, RunError, needs_xarray
 from ._executor import Executor, Tasks
 from ._progress import Progress, shown
+from ._scratch import Scratch
 
 if TYPE_CHECKING:
     import xarray
@@ -89,6 +89,34 @@ def study_of(
     return "\n".join(lines) + "\n"
 
 
+class StudyFiles:
+    """The files of a study: its text, unless it is a file already or built in, and its output."""
+
+    def __init__(self, noun: str, output: PathLike | None, replace: bool, resume: bool) -> None:
+        if resume and output is None:
+            raise InputError(f"resume=True goes on with the file of an interrupted {noun}: name it with output=")
+        if resume and replace:
+            raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
+        self._scratch = Scratch()
+        self.names = {self._scratch.file("study.toml"): "the study", self._scratch.file("case.toml"): "the case"}
+        self.output = self._scratch.file("study.h5") if output is None else os.path.abspath(output)
+        if output is None:
+            self.names[self.output] = f"the {noun} (keep it with output=)"
+            self.names[self._scratch.file("study.journal")] = "a temporary journal (keep it with output=)"
+
+    def of_axes(self, axes: Mapping[str, Any], case: CaseLike, overrides: Overrides, others: Mapping[str, Any]) -> str:
+        """The text of a study over axes."""
+        return study_of(axes, case, overrides, others, self._scratch.folder)
+
+    def path(self, study: str) -> str:
+        """The name or path of a study that is a name, a path or a text."""
+        if "\n" not in study:
+            return os.path.abspath(study) if study.startswith("-") else study
+        path = self._scratch.file("study.toml")
+        Path(path).write_text(study, encoding="utf-8")
+        return path
+
+
 def sweep(
     study: PathLike | Mapping[str, Any],
     case: CaseLike | None = None,
@@ -130,44 +158,27 @@ def sweep(
     :raises RunError: all points failed, or the executor did.
     """
     needs_xarray()
-    if resume and output is None:
-        raise InputError("resume=True goes on with the file of an interrupted sweep: name it with output=")
-    if resume and replace:
-        raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
+    files = StudyFiles("sweep", output, replace, resume)
     if jobs is not None and executor is not None:
         raise InputError("jobs is a number of threads, and an executor has workers of its own; leave one of them out")
     tasks = None if executor is None else Tasks(executor)
 
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        folder = Path(name)
-        changes: Overrides = overrides
-        if isinstance(study, Mapping):
-            text = study_of(study, "paper" if case is None else case, overrides, {"keep": keep, "sample": sample}, folder)
-            changes = None
-        elif case is not None or keep is not None or sample is not None:
-            raise InputError("case, keep and sample go with axes; a study says them itself")
-        else:
-            text = os.fspath(study)
-        if isinstance(study, Mapping) or "\n" in text:
-            path = folder / "study.toml"
-            path.write_text(text, encoding="utf-8")
-            text = os.fspath(path)
-        file = folder / "sweep.h5" if output is None else Path(output)
-        if text.startswith("-"):
-            text = os.path.abspath(text)
-        known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
-        if output is None:
-            known_as[os.fspath(file)] = "the sweep (keep it with output=)"
-            known_as[os.fspath(file.with_suffix(".journal"))] = "a temporary journal (keep it with output=)"
-        chosen = settings(changes, **{"solver.method": method})
-        try:
-            with worded(known_as), shown(progress, "points") as told:
-                unfinished = _native.sweep(text, chosen, os.path.abspath(file), replace, resume, jobs, told, tasks)
-        except RunError as error:
-            # Nothing is kept of what goes to a temporary file.
-            text = str(error) if output is not None else re.split(r"\. (?:What was computed is|The messages are) in", str(error))[0]
-            failure = None if tasks is None else tasks.failure
-            raise RunError(text) from failure
-        dataset = read_sweep(file)
-        dataset.attrs["unfinished"] = unfinished
-        return dataset
+    if isinstance(study, Mapping):
+        base = "paper" if case is None else case
+        text = files.of_axes(study, base, overrides, {"keep": keep, "sample": sample})
+        overrides = None
+    elif case is not None or keep is not None or sample is not None:
+        raise InputError("case, keep and sample go with axes; a study says them itself")
+    else:
+        text = os.fspath(study)
+    chosen = settings(overrides, **{"solver.method": method})
+    try:
+        with worded(files.names), shown(progress, "points") as told:
+            unfinished = _native.sweep(files.path(text), chosen, files.output, replace, resume, jobs, told, tasks)
+    except RunError as error:
+        # Nothing is kept of what goes to a temporary file.
+        text = str(error) if output is not None else re.split(r"\. (?:What was computed is|The messages are) in", str(error))[0]
+        raise RunError(text) from None if tasks is None else tasks.failure
+    dataset = read_sweep(files.output)
+    dataset.attrs["unfinished"] = unfinished
+    return dataset
