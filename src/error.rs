@@ -95,14 +95,23 @@ impl Error {
         ))
     }
 
-    /// A file that cannot be read or written.
-    pub(crate) fn io(path: &Path, action: &str, error: io::Error, option: &str) -> Error {
+    /// A file that cannot be read or written. A wrong folder is an input error, in the words of results.
+    pub(crate) fn io(path: &Path, action: &'static str, error: io::Error, option: &str) -> Error {
+        let known = ResultError::io(path, action, error.kind().into());
+        if let Reason::NoFolder(_) | Reason::NoPermission(_) | Reason::ReadOnly = known.reason {
+            let text = known.to_string();
+            let text = text.strip_suffix("-o").unwrap_or(&text);
+            return Error::input(format!("{text}{option}")).placed(path);
+        }
         let kind = match error.kind() {
             io::ErrorKind::BrokenPipe => ErrorKind::BrokenPipe,
             _ => ErrorKind::Computation,
         };
+        let error = error.to_string();
+        // The path is that of a temporary file.
+        let why = error.split(" at path ").next().unwrap_or_default();
         let remedy = format!("check the folder and its disk, or choose another with {option}");
-        Error::new(kind, format!("{}: {action} failed: {error}; {remedy}", path.display()))
+        Error::new(kind, format!("{}: {action} failed: {why}; {remedy}", path.display()))
     }
 
     /// A temporary file that cannot be written.
@@ -112,6 +121,18 @@ impl Error {
              TMPDIR",
             std::env::temp_dir().display()
         ))
+    }
+
+    /// Keys whose values are wrong. An unknown key is none.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &str> {
+        let is_known = |place: &&FailurePlace| {
+            place
+                .message
+                .as_ref()
+                .is_none_or(|text| !text.starts_with("unknown key"))
+        };
+        let places = self.places.iter().filter(is_known);
+        places.filter_map(|place| place.key.as_deref())
     }
 
     /// Whether usage or input is wrong, rather than the computation.

@@ -69,7 +69,7 @@ impl Product {
         signature::names_in(after).map(str::to_owned)
     }
 
-    pub(crate) fn failed(self, path: &Path, action: &str, error: io::Error) -> Error {
+    pub(crate) fn failed(self, path: &Path, action: &'static str, error: io::Error) -> Error {
         Error::io(path, action, error, self.option())
     }
 

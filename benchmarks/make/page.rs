@@ -19,7 +19,7 @@ border-top:1px solid var(--line);padding:1rem 0}section h3{margin:0 0 .3rem;font
 img{max-width:100%}@media(prefers-color-scheme:dark){img{background:#fff;filter:invert(.89) hue-rotate(180deg)}}.scroll{overflow-x:auto}pre{background:var(--code);padding:.7rem;overflow-x:auto}\
 .motion{max-width:100%;height:auto;fill:none;stroke-width:1}.motion text{fill:var(--ink);font-size:13px}\
 .motion .axis{stroke:var(--ink)}.motion .curve{stroke:var(--curve);stroke-width:1.5}\
-.motion .events{stroke:var(--event);stroke-width:1.5}\
+.motion .events{stroke:var(--event)}\
 @media(max-width:44rem){section{grid-template-columns:1fr}}";
 
 /// Size of the picture of a motion, px, and points that it has at most.

@@ -48,13 +48,13 @@ pub(super) struct Common {
 #[derive(Debug, Args)]
 pub(super) struct KeyOptions {
     /// Relative tolerance (the key solver.rtol).
-    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
     rtol: Option<String>,
     /// End of the run, s or with a unit (output.end_time).
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     end_time: Option<String>,
     /// Interval of samples, s or with a unit (output.interval).
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     interval: Option<String>,
 }
 
@@ -77,7 +77,7 @@ impl KeyOptions {
 #[derive(Debug, Args)]
 pub(super) struct BudgetOptions {
     /// End a run after this wall time, s or with a unit [default: none].
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     max_wall_time: Option<String>,
 }
 
@@ -98,7 +98,7 @@ impl BudgetOptions {
 #[derive(Debug, Args)]
 pub(super) struct StudyRuns {
     /// Threads [default: one for each processor].
-    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
+    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs, allow_hyphen_values = true)]
     pub jobs: Option<usize>,
     /// Integration method (solver.method); series is the fastest [default of a calibration: series].
     #[arg(long, value_name = "M", add = methods())]
@@ -296,16 +296,16 @@ pub(super) struct CompareOptions {
     pub time_offset: Option<String>,
     /// A relative velocity up to this counts as zero, rad/s (m/s in translation) or with a unit [default: 1e-8; for a contact
     /// without stick friction.threshold].
-    #[arg(long, value_name = "V")]
+    #[arg(long, value_name = "V", allow_hyphen_values = true)]
     pub velocity_tolerance: Option<String>,
     /// A stick ends where the relative velocity exceeds this many tolerances [default: 2].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = number, allow_hyphen_values = true)]
     pub hysteresis: Option<f64>,
     /// Compare only; do not look for causes.
     #[arg(long)]
     pub quick: bool,
     /// End the search for the causes of a candidate after this wall time, s or with a unit [default: 10 min].
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub max_wall_time: Option<String>,
     /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if one is not met.
     #[arg(long, value_name = "METRIC<BOUND", add = requirements())]
@@ -327,7 +327,7 @@ pub(super) struct CertifyOptions {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Digits required in the time of every event; exit status 1 if one has fewer.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count::<u32>, allow_hyphen_values = true)]
     pub digits: Option<u32>,
     /// Exit with 1 if there is a warning.
     #[arg(long)]
@@ -425,6 +425,23 @@ fn jobs(text: &str) -> Result<usize, String> {
     }
 }
 
+/// The name of a variable, which may be written with hyphens.
+fn variable(name: &str) -> Result<String, std::convert::Infallible> {
+    Ok(name.replace('-', "_"))
+}
+
+fn count<N: std::str::FromStr>(text: &str) -> Result<N, String> {
+    let wrong = |_| "give a whole number, 0 or more".to_owned();
+    text.parse().map_err(wrong)
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(quantity::too_large(text).unwrap_or_else(|| "give a number".to_owned())),
+    }
+}
+
 #[derive(Debug, Args)]
 pub(super) struct CheckOptions {
     /// A file of this program.
@@ -460,7 +477,7 @@ pub(super) struct ExportOptions {
     #[arg(long, value_enum, value_name = "TABLE", default_value_t = export::Which::Trajectory, hide_possible_values = true, hide_default_value = true, conflicts_with = "benchmark")]
     pub table: export::Which,
     /// Only these columns, such as phi1,normal_force.
-    #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark", add = channels())]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', value_parser = variable, conflicts_with = "benchmark", add = channels())]
     pub channels: Vec<String>,
     /// Only times FROM:TO, FROM: or :TO, s or with units.
     #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
@@ -493,7 +510,7 @@ fn in_si(text: &str, dimension: Dimension) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => quantity::parse(text, dimension).map_err(|_| {
-            if let Some(what) = quantity::decimal_comma(text) {
+            if let Some(what) = quantity::decimal_comma(text).or_else(|| quantity::too_large(text)) {
                 return what;
             }
             let (name, unit, example) = (dimension.name(), dimension.unit(), dimension.example());
@@ -571,19 +588,19 @@ pub(super) struct CycleOptions {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// With a file of branches: the branch of the point.
-    #[arg(long, value_name = "B", requires = "point", conflicts_with_all = ["from", "period", "periods"])]
+    #[arg(long, value_name = "B", value_parser = count::<usize>, allow_hyphen_values = true, requires = "point", conflicts_with_all = ["from", "period", "periods"])]
     pub branch: Option<usize>,
     /// With a file of branches: the point whose cycle is computed.
-    #[arg(long, value_name = "K", requires = "branch")]
+    #[arg(long, value_name = "K", value_parser = count::<usize>, allow_hyphen_values = true, requires = "branch")]
     pub point: Option<usize>,
     /// Start from the end of the run (end) or from [initial] of the case (initial), for an unstable cycle.
     #[arg(long, value_enum, value_name = "WHERE", default_value_t = SearchFrom::End, hide_possible_values = true)]
     pub from: SearchFrom,
     /// Look for a period near this length, s or with a unit [default: the best fit].
-    #[arg(long, value_name = "T", value_parser = duration, conflicts_with = "periods")]
+    #[arg(long, value_name = "T", value_parser = duration, allow_hyphen_values = true, conflicts_with = "periods")]
     pub period: Option<f64>,
     /// Length of the cycle in drive periods, or in turns if nothing drives the system [default: the best fit].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=stickslip_analysis::cycle::LONGEST as i64))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=stickslip_analysis::cycle::LONGEST as i64), allow_hyphen_values = true)]
     pub periods: Option<u32>,
     /// Override a key, such as rotor.speed=0.3.
     #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
@@ -683,16 +700,16 @@ pub(super) struct PlotOptions {
     #[arg(long)]
     pub list: bool,
     /// Draw this channel over time; may be repeated.
-    #[arg(long = "channel", value_name = "NAME", add = channels())]
+    #[arg(long = "channel", value_name = "NAME", value_parser = variable, add = channels())]
     pub channels: Vec<String>,
     /// Draw the channels against this one, not time.
-    #[arg(long, value_name = "NAME", requires = "channels", add = channels())]
+    #[arg(long, value_name = "NAME", value_parser = variable, requires = "channels", add = channels())]
     pub x: Option<String>,
     /// Draw variable B against variable A.
-    #[arg(long, num_args = 2, value_names = ["A", "B"], add = channels())]
+    #[arg(long, num_args = 2, value_names = ["A", "B"], value_parser = variable, add = channels())]
     pub phase: Vec<String>,
     /// With a sweep or branches: draw this; may be repeated.
-    #[arg(long = "quantity", value_name = "NAME", add = quantities())]
+    #[arg(long = "quantity", value_name = "NAME", value_parser = variable, add = quantities())]
     pub quantities: Vec<String>,
     /// With a sweep: the axes of a map, by key.
     #[arg(long, num_args = 2, value_names = ["X", "Y"])]
@@ -701,10 +718,10 @@ pub(super) struct PlotOptions {
     #[arg(long, value_name = "AXIS=VALUE")]
     pub at: Vec<String>,
     /// Start time, s or with a unit (--channel, --phase).
-    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_hyphen_values = true)]
     pub from: Option<f64>,
     /// End time, s or with a unit (--channel, --phase).
-    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_hyphen_values = true)]
     pub to: Option<f64>,
     /// svg, png or pdf [default: SVG and PNG].
     #[arg(long, value_parser = choice_but::<FigureFormat>("eps", "write a PDF; `pdftops -eps figure.pdf` makes EPS of it"), value_name = "FORMAT", hide_possible_values = true)]
@@ -712,18 +729,18 @@ pub(super) struct PlotOptions {
     /// Width, mm; or 8.4cm, 3.3in, 240pt.
     ///
     /// 85 is a column of a journal, 300 a screen.
-    #[arg(long, value_name = "WIDTH", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
+    #[arg(long, value_name = "WIDTH", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width, allow_hyphen_values = true)]
     pub width: f64,
     /// Font size, points.
     ///
     /// Lines grow with them.
-    #[arg(long, value_name = "SIZE", default_value_t = crate::plot::style::FONT_SIZE, value_parser = font_size)]
+    #[arg(long, value_name = "SIZE", default_value_t = crate::plot::style::FONT_SIZE, value_parser = font_size, allow_hyphen_values = true)]
     pub font_size: f64,
     /// Leave out the title above the figure.
     #[arg(long)]
     pub no_title: bool,
     /// Pixels per inch in PNG.
-    #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
+    #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi, allow_hyphen_values = true)]
     pub dpi: f64,
     /// Another solver's result, drawn with its error.
     ///

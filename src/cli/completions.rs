@@ -93,12 +93,8 @@ pub(super) fn man(options: &ManOptions, common: &Common) -> Result<CommandEnd, E
         let why = "there already, and not a manual page of this program; remove it, or name another folder";
         return Err(Error::of_file(&foreign, why));
     }
-    let files = &pages(&options.folder).map_err(|(path, error)| {
-        Error::computation(format!(
-            "{}: the manual pages could not be written: {error}; check the folder and its disk, or name another",
-            path.display()
-        ))
-    })?;
+    let files = &pages(&options.folder)
+        .map_err(|(path, error)| Error::io(&path, "writing the manual pages", error, "the argument DIR"))?;
     tell(common, &FilesReport { folder: None, files })
 }
 

@@ -164,7 +164,7 @@ fn dispatch(command: Command, common: &Common) -> Result<CommandEnd, Error> {
         Command::Man(options) => completions::man(&options, common),
     };
     end.map_err(|error| match &given {
-        Some((name, command)) if error.is_input() => usage::explained(error, (name, *command)),
+        Some((name, command)) if error.is_input() => usage::with_keys(usage::explained(error, (name, *command))),
         _ => error,
     })
 }
@@ -239,19 +239,17 @@ fn interrupted(common: &Common, how: &str) -> Result<CommandEnd, Error> {
 
 /// Prints the JSON document or the text of a report. With --quiet and without --json it prints neither.
 fn tell(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
-    if common.json {
-        print_document(&report.document()?)?;
-    } else if !common.quiet {
-        print(&terminal(&report.page(), common.verbose > 0))?;
+    match common.quiet && !common.json {
+        true => Ok(CommandEnd::Done),
+        false => show(common, report),
     }
-    Ok(CommandEnd::Done)
 }
 
-/// Prints what was asked for, even with --quiet: the JSON document or the text of a report.
+/// Prints the JSON document or the text of a report, even with --quiet, because it was asked for.
 fn show(common: &Common, report: &impl Report) -> Result<CommandEnd, Error> {
     match common.json {
         true => print_document(&report.document()?)?,
-        false => print(&report.text())?,
+        false => print(&terminal(&report.page(), common.verbose > 0))?,
     }
     Ok(CommandEnd::Done)
 }

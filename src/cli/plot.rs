@@ -192,11 +192,12 @@ fn named(mut figures: Vec<Figure>, only: &[String], path: &Path) -> Result<Vec<F
 }
 
 fn is_named(figure: &Figure, name: &str) -> bool {
-    let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
+    let (own, name) = (catalogue::hyphenated(&figure.name), catalogue::hyphenated(name));
+    let of_kind = own.strip_prefix(&*name).is_some_and(|rest| rest.starts_with('-'));
     let mut entries = studies::ENTRIES.iter().chain(&branches::ENTRIES);
     let entry = entries.any(|entry| entry.name == name);
     let number = figure.paper_figure.map(|number| number.to_string());
-    figure.name == name || entry && of_kind || number.as_deref() == Some(name)
+    own == name || entry && of_kind || number.as_deref() == Some(&*name)
 }
 
 fn of_work_precision(path: &Path) -> Result<Chosen, Error> {

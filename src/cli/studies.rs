@@ -250,12 +250,8 @@ fn figure_outputs(
     inputs: &[PathBuf],
     result: &PathBuf,
 ) -> Result<Vec<FigureOutput>, Error> {
-    std::fs::create_dir_all(folder).map_err(|source| {
-        Error::computation(format!(
-            "{}: creating the folder of the figure failed: {source}; choose another with --figure",
-            folder.display()
-        ))
-    })?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Error::io(folder, "creating the folder of the figure", error, "--figure"))?;
     let output = |format: FigureFormat| {
         let name = plot::file_name_of(&[result], accuracy::WORK_PRECISION);
         let path = folder.join(format!("{name}.{}", format.extension()));

@@ -3,6 +3,7 @@
 use super::arguments::{Arguments, Command};
 use super::case::OF_COMMANDS;
 use crate::Error;
+use crate::report::listed_keys;
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -22,7 +23,12 @@ pub(super) fn message(error: &clap::Error) -> String {
         .map(ToString::to_string)
         .unwrap_or_default();
     let mut words = usage.split_whitespace().skip_while(|word| *word != "stickslip").skip(1);
-    let command = words.next().and_then(|name| program.find_subcommand(name));
+    // The error of a value has no usage.
+    let mut arguments = std::env::args().skip(1);
+    let command = words
+        .next()
+        .and_then(|name| program.find_subcommand(name))
+        .or_else(|| arguments.find_map(|argument| program.find_subcommand(argument)));
     let what = match (
         error.kind(),
         text(ContextKind::InvalidArg),
@@ -178,6 +184,47 @@ pub(super) fn explained(error: Error, (name, command): (&str, Option<&str>)) -> 
         _ => "",
     };
     Error::input(format!("{name} is {}{noun}: {}", known.what(), known.command(name)))
+}
+
+/// The error of wrong values, with the command that lists their keys.
+pub(super) fn with_keys(mut error: Error) -> Error {
+    let mut keys: Vec<String> = Vec::new();
+    for key in error.keys().filter_map(listed_key) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    match &keys[..] {
+        [] => {}
+        // The message may point there itself.
+        [key] if error.text.contains("--keys KEY") => {
+            error.text = error.text.replace("--keys KEY", &format!("--keys {key}"));
+        }
+        [key] => error.text += &format!("\n`stickslip case --keys {key}` says more"),
+        _ => error.text += "\n`stickslip case --keys KEY` says more of a key",
+    }
+    error
+}
+
+/// The key in the list of keys, such as `output.window[].from` for `output.window.0.from`; that of a signal for one of its values.
+fn listed_key(path: &str) -> Option<String> {
+    let listed = listed_keys();
+    let mut segments: Vec<&str> = path.split('.').collect();
+    while !segments.is_empty() {
+        let pattern = segments
+            .iter()
+            .fold(String::new(), |path, segment| match segment.parse::<usize>() {
+                Ok(_) => path + "[]",
+                Err(_) if path.is_empty() => (*segment).to_owned(),
+                Err(_) => format!("{path}.{segment}"),
+            });
+        let found = listed.iter().find(|known| known.key == pattern);
+        if let Some(known) = found {
+            return Some(known.key.clone());
+        }
+        segments.pop();
+    }
+    None
 }
 
 /// Refuses a case or a study in place of its result, and a result that was not computed yet, with the command that

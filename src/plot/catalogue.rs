@@ -207,6 +207,11 @@ pub fn of_run(run: &DrawnRun) -> Vec<&'static CatalogueEntry> {
     found
 }
 
+/// The name of a figure without underscores: `map-stick_count` is also `map-stick-count`.
+pub fn hyphenated(name: &str) -> String {
+    name.replace('_', "-")
+}
+
 /// Finds a figure by its name or its number in the paper. The error for an unknown one lists the known ones.
 pub fn find(name: &str) -> Result<&'static CatalogueEntry, Error> {
     if let Ok(number) = name.parse::<u32>() {
@@ -224,7 +229,8 @@ pub fn find(name: &str) -> Result<&'static CatalogueEntry, Error> {
         };
     }
     let mut all = of_runs().chain(certified::ENTRIES);
-    all.find(|e| e.name == name).ok_or_else(|| unknown_figure(name))
+    all.find(|e| e.name == hyphenated(name))
+        .ok_or_else(|| unknown_figure(name))
 }
 
 fn unknown_figure(name: &str) -> Error {

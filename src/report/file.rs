@@ -1,20 +1,21 @@
 //! Reports on a file: its contents, and whether it is as it was written.
 
-use super::{NumberFormat, Page, PagePart, PageTable, Report, exponent};
+use super::{NumberFormat, Page, PagePart, PageTable, Report, below_changes, exponent};
 use serde::{Serialize, Serializer};
 use std::path::Path;
-use stickslip_case::changed_line;
-use stickslip_files::schema::INPUT_CHANGED;
 use stickslip_files::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
+use stickslip_files::schema::{INPUT_CHANGED, group, root};
 use stickslip_files::{AttributeInfo, CheckReport, Contents, MergeReport, VariableInfo};
 
 impl Report for Contents {
-    /// The contents group by group: attributes as NAME = VALUE, variables as a table.
+    /// What the file is, and its groups with their sizes. Details are the contents group by group: attributes as
+    /// NAME = VALUE, variables as a table.
     fn page(&self) -> Page {
         let of_attributes = self.attributes.iter().map(|a| a.group.as_str());
         let groups = of_attributes.chain(self.variables.iter().map(|v| v.group.as_str()));
         let mut seen = std::collections::HashSet::new();
-        let parts = groups.filter(|group| seen.insert(*group)).flat_map(|group| {
+        let groups: Vec<&str> = groups.filter(|group| seen.insert(*group)).collect();
+        let parts = groups.iter().flat_map(|&group| {
             let attributes: Vec<_> = self.attributes.iter().filter(|a| a.group == group).collect();
             let variables: Vec<_> = self.variables.iter().filter(|v| v.group == group).collect();
             let attributes = (!attributes.is_empty()).then(|| attribute_table(&attributes));
@@ -26,15 +27,82 @@ impl Report for Contents {
             }
             parts
         });
-        let changed = self
-            .attributes
-            .iter()
-            .find(|a| a.group == "/input" && a.name == INPUT_CHANGED);
-        let changed = changed.map(|a| a.value.to_string().lines().map(str::to_owned).collect::<Vec<_>>());
-        Page::default()
-            .with_all(changed.map(|lines| changed_line(&lines)))
-            .with_all(parts)
+        let changed = attribute(self, "input", INPUT_CHANGED);
+        let changed = changed.map(|lines| lines.lines().map(str::to_owned).collect::<Vec<_>>());
+        let title = attribute(self, "", root::TITLE).unwrap_or_default();
+        Page::new(title, below_changes(&changed.unwrap_or_default(), ""))
+            .with(PageTable::pairs(headline(self)))
+            .with(sizes(self, &groups))
+            .details(parts)
     }
+}
+
+fn attribute(contents: &Contents, group: &str, name: &str) -> Option<String> {
+    let mut attributes = contents.attributes.iter();
+    let found = attributes.find(|a| a.group.strip_prefix('/') == Some(group) && a.name == name);
+    found.map(|a| a.value.to_string())
+}
+
+/// What the file is, how it was made, and how far the run goes.
+fn headline(contents: &Contents) -> Vec<(&'static str, String)> {
+    let of = |group: &str, names: &[&str]| {
+        let values = names.iter().filter_map(|name| attribute(contents, group, name));
+        values.collect::<Vec<_>>().join(", ")
+    };
+    let variable = |group: &str, name: &str| {
+        let mut variables = contents.variables.iter();
+        variables.find(|v| v.group.strip_prefix('/') == Some(group) && v.name == name)
+    };
+    let times = variable(group::TRAJECTORY, "time");
+    let end = times.and_then(|times| times.max);
+    let counts = ["stick_count", "slip_count"]
+        .into_iter()
+        .filter_map(|name| Some((name.split('_').next()?, attribute(contents, group::STICK_SLIP, name)?)))
+        .map(|(noun, count)| format!("{count} {noun}s"));
+    let events = variable(group::EVENTS, "time").and_then(|events| events.shape.first());
+    let counts: Vec<String> = events
+        .map(|count| format!("{count} events"))
+        .into_iter()
+        .chain(counts)
+        .collect();
+    let rtol = attribute(contents, group::META, "rtol").map(|rtol| format!(", rtol {rtol}"));
+    let rows = [
+        ("file", of("", &[root::FORMAT, root::STATUS])),
+        ("made by", of("", &[root::SOURCE])),
+        ("history", of("", &[root::HISTORY])),
+        ("method", of(group::META, &["method"]) + &rtol.unwrap_or_default()),
+        ("end", end.map(|end| format!("{end} s")).unwrap_or_default()),
+        ("counts", counts.join(", ")),
+    ];
+    rows.into_iter().filter(|(_, value)| !value.is_empty()).collect()
+}
+
+/// The groups, each with its largest variable's size.
+fn sizes(contents: &Contents, groups: &[&str]) -> PageTable {
+    let rows = |group: &str| {
+        let variables = contents.variables.iter().filter(|v| v.group == group);
+        let largest = variables.max_by_key(|v| v.shape.iter().product::<usize>());
+        largest.map(size).unwrap_or_default()
+    };
+    PageTable::of(groups.iter().copied())
+        .text("group", |group| group)
+        .count("rows", rows)
+        .count("variables", |group| {
+            contents.variables.iter().filter(|v| v.group == group).count()
+        })
+        .count("attributes", |group| {
+            contents.attributes.iter().filter(|a| a.group == group).count()
+        })
+        .done()
+}
+
+fn size(variable: &VariableInfo) -> String {
+    variable
+        .shape
+        .iter()
+        .map(usize::to_string)
+        .collect::<Vec<_>>()
+        .join(" x ")
 }
 
 /// Units and descriptions, which are separate attributes in the file, follow their quantity.
@@ -72,9 +140,7 @@ fn variable_parts(variables: &[&VariableInfo]) -> Vec<PagePart> {
     };
     let table = PageTable::of(variables.iter().copied())
         .text("variable", |v| v.name.clone())
-        .count("rows", |v| {
-            v.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
-        })
+        .count("rows", size)
         .text("units", |v| v.units.clone().unwrap_or_default())
         .count("least", |v| bound(v, v.min))
         .count("largest", |v| bound(v, v.max))

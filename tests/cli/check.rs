@@ -53,7 +53,7 @@ fn cli_files_of_every_motion_are_sound() {
         assert_eq!(folder.ends(&["check", &file], 0).1, "", "{case}");
     }
     let unit_of = |file: &str, name: &str| {
-        let stdout = folder.ok(&["inspect", file]);
+        let stdout = folder.ok(&["inspect", file, "-v"]);
         let row = stdout.lines().find(|line| line.split_whitespace().next() == Some(name));
         let row = row.unwrap_or_else(|| panic!("{name} in {stdout}")).to_owned();
         row.split("  ")
@@ -335,10 +335,10 @@ fn regression_checksums_of_earlier_versions_are_ignored() {
     }
     let stdout = folder.ok("check run.h5");
     assert!(stdout.contains("there is none of all bytes"), "{stdout}");
-    assert!(folder.ok("inspect run.h5").contains("checksums"));
+    assert!(folder.ok("inspect run.h5 -v").contains("checksums"));
     folder.ok("certify run.h5 -o certified.h5 -q");
     sound(&folder, "certified.h5");
-    assert!(!folder.ok("inspect certified.h5").contains("checksums"));
+    assert!(!folder.ok("inspect certified.h5 -v").contains("checksums"));
 }
 
 #[test]

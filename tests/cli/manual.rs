@@ -1,7 +1,7 @@
 //! The commands of the manual as they are written there, run one after the other in one folder for each document.
 
 use crate::common::cli::{Folder, json, text};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A code block of a document: its language and lines, and the paragraph before it.
@@ -247,6 +247,100 @@ fn cli_the_long_commands_of_the_manual_run() {
     names.sort();
     let failed: Vec<String> = names.iter().flat_map(|name| run_all(name)).collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+/// The documents in these folders, each with its path.
+fn documents() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = [
+        "",
+        "docs",
+        "docs/developer",
+        "docs/reference",
+        "docs/validation",
+        "benchmarks",
+    ];
+    let entries = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(root.join(folder)).unwrap());
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let is_document = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "md");
+    let paths = paths.filter(is_document);
+    paths
+        .map(|path| (path.clone(), std::fs::read_to_string(path).unwrap()))
+        .collect()
+}
+
+/// Each picture that a document shows exists, and each picture of the manual is shown.
+#[test]
+fn cli_the_pictures_of_the_manual_are_there_and_used() {
+    let is_picture = |name: &str| [".svg", ".png"].iter().any(|ending| name.ends_with(ending));
+    let mut shown = Vec::new();
+    for (path, text) in documents() {
+        // Addresses in Markdown and in HTML.
+        let names = text
+            .split(['(', ')', '"'])
+            .filter(|name| is_picture(name) && !name.contains([' ', ':', '`']));
+        shown.extend(names.map(|name| (path.clone(), name.to_owned())));
+    }
+    assert!(shown.len() > 10, "{shown:?}");
+    let places: Vec<PathBuf> = shown
+        .iter()
+        .map(|(path, name)| {
+            let place = path.parent().unwrap().join(name).canonicalize();
+            place.unwrap_or_else(|error| panic!("{}: {name}: {error}", path.display()))
+        })
+        .collect();
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/figures")).unwrap() {
+        let picture = entry.unwrap().path();
+        let name = picture.to_string_lossy();
+        assert!(
+            !is_picture(&name) || places.contains(&picture.canonicalize().unwrap()),
+            "{name} is not shown"
+        );
+    }
+}
+
+/// Every built-in case and study that a command of a document names exists.
+#[test]
+fn cli_the_cases_of_the_manual_are_built_in() {
+    let listed = Folder::new().json("case --list");
+    let known: Vec<&str> = listed
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|case| case["name"].as_str().unwrap())
+        .collect();
+    let commands = [
+        "run",
+        "certify",
+        "modes",
+        "cycle",
+        "case",
+        "sweep",
+        "calibrate",
+        "continue",
+        "work-precision",
+    ];
+    let mut found = 0;
+    for (path, text) in documents() {
+        for (at, _) in text.match_indices("stickslip ") {
+            let is_code = at == 0 || text[..at].ends_with(['`', '\n']) || text[..at].ends_with("$ ");
+            let line = text[at..].split(['\n', '`']).next().unwrap_or_default();
+            let mut words = line.split_whitespace().skip(1);
+            let takes_case = words.next().is_some_and(|command| commands.contains(&command));
+            let name = words.next().unwrap_or_default();
+            let is_name = !name.is_empty()
+                && name
+                    .chars()
+                    .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-');
+            if is_code && takes_case && is_name && !name.starts_with('-') {
+                assert!(known.contains(&name), "{}: there is no {name}", path.display());
+                found += 1;
+            }
+        }
+    }
+    assert!(found > 20, "{found}");
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn analytic_a_channel_that_an_older_file_lacks_is_the_product_of_its_factors() {
 fn cli_every_command_reads_older_files() {
     for (name, again, events) in FILES {
         let (folder, _) = folder_with(name);
-        assert!(folder.ok(&["inspect", name]).contains("dissipated_friction"));
+        assert!(folder.ok(&["inspect", name, "-v"]).contains("dissipated_friction"));
         assert!(folder.ok(&["check", name]).contains("complete"));
         folder.ok(&["plot", name, "-o", "figures", "--channel", "contact_power"]);
         folder.ok(&["plot", name, "--html", "page.html"]);

@@ -184,6 +184,33 @@ fn cli_output_replaces_no_pipe() {
     }
 }
 
+/// A place below a file is a wrong place, for every command that writes.
+#[cfg(unix)]
+#[test]
+fn cli_output_below_a_file_is_wrong_input() {
+    let folder = Folder::new();
+    folder.ok_short("-q -o run.h5");
+    for (arguments, remedy) in [
+        ("run -o run.h5/x.h5", "-o"),
+        ("plot run.h5 --channel z -o run.h5/x", "-o"),
+        ("plot run.h5 --channel z -o run.h5/x.svg", "-o"),
+        ("plot run.h5 --html run.h5/x.html", "--html"),
+        ("export run.h5 -o run.h5/x.csv", "-o"),
+        ("compare run.h5 run.h5 --quick --report run.h5/x.md", "--report"),
+        ("modes --figure run.h5/x.svg", "--figure"),
+        ("work-precision --figure run.h5/x", "--figure"),
+        ("calibrate --case run.h5/x.toml", "--case"),
+        ("case paper -o run.h5/x.toml", "-o"),
+        ("man run.h5/x", "DIR"),
+    ] {
+        let said = folder.refused(
+            arguments,
+            "run.h5/x & the folder run.h5 does not exist & choose another with",
+        );
+        assert!(said.trim_end().ends_with(remedy), "{said}");
+    }
+}
+
 /// A folder that exists but accepts no file.
 #[cfg(target_os = "linux")]
 #[test]

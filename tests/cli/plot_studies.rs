@@ -23,6 +23,23 @@ axis = [
 ]
 "#;
 
+/// A step of an axis is printed as its decimal: 0.1 + 2 (0.4 - 0.1)/3 differs from 0.3 by rounding.
+#[test]
+fn cli_titles_of_studies_have_short_numbers() {
+    let folder = Folder::new();
+    let study = "case = \"belt-leine\"\nset = { output.end_time = 20, solver.method = \"series\" }\naxis = [\n\
+                 { key = \"rotor.speed\", from = 0.1, to = 0.4, count = 4 },\n{ key = \"stator.stiffness\", values = [0.9, 1.1] },\n]\n";
+    folder.write("belt.toml", study);
+    folder.ok("sweep belt.toml -q");
+    for underscored in ["map-stick_count", "map-stick-count"] {
+        let drawn = folder.json(&format!("plot belt.h5 --quantity stick-count --only {underscored}"));
+        assert_eq!(drawn["files"][0]["figure"], "map-stick_count");
+    }
+    let drawn = folder.json("plot belt.h5 --at rotor.speed=0.3 --quantity stick_count -o x.svg");
+    let title = drawn["files"][0]["title"].as_str().unwrap();
+    assert!(title.ends_with(", at rotor speed = 0.3 m/s"), "{title}");
+}
+
 /// Runs the study with the base case from a lower speed.
 fn with_map(folder: &Folder, study: &str) -> StudyFile {
     let case = folder.ok("case paper");

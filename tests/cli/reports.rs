@@ -119,6 +119,48 @@ fn cli_comparisons_fit_a_screen() {
     );
 }
 
+/// The contents of a file are details.
+#[test]
+fn cli_inspect_fits_a_screen() {
+    const LINES: usize = 25;
+    let folder = Folder::new();
+    folder.write("quick.toml", crate::sweep::QUICK);
+    folder.ok("run -q --set friction.decay=4");
+    folder.ok("certify belt-leine -q");
+    folder.ok("cycle belt-leine -q");
+    folder.ok("sweep quick.toml -q");
+    let texts = ["paper.h5", "belt-leine.certified.h5", "belt-leine.cycle.h5", "quick.h5"].map(|file| {
+        let text = folder.ok(&["inspect", file]);
+        assert!(text.lines().count() <= LINES, "{file}:\n{text}");
+        says(
+            &text,
+            "made by & history & group & rows & /input & /meta & -v shows the other",
+        );
+        text
+    });
+    let first = &texts[0];
+    assert!(
+        first.starts_with("Two-disk brake, the paper's parameters in US units\nchanged: friction.decay = 4 s/rad\n")
+    );
+    says(
+        first,
+        "stickslip-result, complete & cvode, rtol 1e-10 & 10 s & events, & sticks, & /trajectory",
+    );
+    says(&texts[3], "stickslip-sweep, complete & 6 x 3 x 2");
+}
+
+/// Studies say in one screen what they found.
+#[test]
+fn cli_studies_fit_a_screen() {
+    let folder = Folder::new();
+    folder.write("inertia.toml", crate::calibrate::QUICK);
+    folder.write("small.toml", crate::work_precision::STUDY);
+    folder.write("branches.toml", crate::plot_branches::STUDY);
+    for study in ["calibrate inertia", "work-precision small", "continue branches"] {
+        short(&folder, &format!("{study}.toml"));
+    }
+}
+
 /// One line for each quantity; histograms are details, also of `plot`.
 #[test]
 fn cli_a_sample_is_one_line_for_each_quantity() {

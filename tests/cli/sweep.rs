@@ -341,7 +341,7 @@ fn cli_every_command_knows_a_sweep_file() {
     let folder = Folder::new();
     folder.write("map.toml", QUICK);
     folder.ok("sweep map.toml");
-    let stdout = folder.ok("inspect map.h5");
+    let stdout = folder.ok("inspect map.h5 -v");
     says(
         &stdout,
         "stickslip-sweep & 6 x 3 x 2 & number of sticks & /failures & /events & default_rtol",

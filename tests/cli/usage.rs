@@ -181,7 +181,7 @@ fn cli_run_takes_unicode() {
 fn cli_inspect_shows_every_variable_with_unit_and_meaning() {
     let folder = Folder::new();
     folder.ok_short("-q -o x.h5");
-    let (stdout, stderr) = folder.ends("inspect x.h5", 0);
+    let (stdout, stderr) = folder.ends("inspect x.h5 -v", 0);
     assert_eq!(stderr, "");
     says(
         &stdout,
@@ -219,6 +219,82 @@ fn cli_inspect_refuses_what_is_no_result() {
         let stderr = folder.refused(&["inspect", name], &[words]);
         assert!(!stderr.contains("with -o"), "{stderr}");
     }
+}
+
+/// The value's own error, whatever sign or size it has, and where to look it up.
+#[test]
+fn cli_numbers_of_options_have_their_own_errors() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        (
+            "run --rtol 1e400",
+            "solver.rtol: \"1e400\" is too large for double precision",
+        ),
+        ("run --rtol -1e-8", "solver.rtol: must be & but is -1e-8"),
+        ("run --end-time 1e400", "output.end_time: \"1e400\" is too large"),
+        ("run --end-time -1e-3", "output.end_time: must be greater than 0"),
+        ("run --interval -1ms", "output.interval: must be greater than 0"),
+        ("run --max-wall-time -1", "solver.max_wall_time: must be greater than 0"),
+        (
+            "sweep critical-curve -j -1",
+            "from 1 to 4096 & `stickslip sweep --help`",
+        ),
+        (
+            "certify --digits -1",
+            "give a whole number, 0 or more & `stickslip certify --help`",
+        ),
+        (
+            "compare a.h5 b.h5 --hysteresis 1e400",
+            "\"1e400\" is too large & `stickslip compare --help`",
+        ),
+        (
+            "cycle block --period -1e-3",
+            "greater than 0 & `stickslip cycle --help`",
+        ),
+        (
+            "cycle block --periods -1",
+            "-1 is not in 1..= & `stickslip cycle --help`",
+        ),
+        ("cycle b.h5 --branch -1 --point 0", "give a whole number, 0 or more"),
+        ("export a.h5 --rate -1e3", "greater than 0 & `stickslip export --help`"),
+        ("export a.h5 --window 1e400:2", "\"1e400\" is too large"),
+        (
+            "plot a.h5 --dpi -1",
+            "give a number from 30 to 2400 & `stickslip plot --help`",
+        ),
+        ("plot a.h5 --width -1", "from 60 to 1000 mm"),
+        ("plot a.h5 --font-size -1", "from 4 to 24"),
+        ("plot a.h5 --channel z --to 1e400", "\"1e400\" is too large"),
+        (
+            "run --set friction.decay=-1",
+            "`stickslip case --keys friction.decay` says more",
+        ),
+        (
+            "run --set output.window.0.from=-1 --set output.window.0.to=1",
+            "`stickslip case --keys output.window[].from` says more",
+        ),
+        (
+            "run belt-leine --set rotor.speed.profile=x",
+            "`stickslip case --keys rotor.speed` says more",
+        ),
+        (
+            "run --set axial.mass=-1 --set torsion.stiffness=0",
+            "`stickslip case --keys KEY` says more",
+        ),
+    ] {
+        let said = folder.refused(arguments, words);
+        assert!(
+            !said.contains("`stickslip --help`") && !said.contains("no such option"),
+            "{said}"
+        );
+    }
+    // What an error names is there.
+    says(&folder.ok("case --keys output.window[].from"), "start of a stretch");
+    folder.write(
+        "large.toml",
+        folder.ok("case paper").replace("decay = \"5 s/rad\"", "decay = 1e400"),
+    );
+    folder.refused("run large.toml", "large.toml: & overflowed");
 }
 
 /// The options for single keys give what `--set` gives: the same case, the same errors.
@@ -418,6 +494,7 @@ fn cli_an_unknown_method_is_answered_without_the_whole_list() {
     assert!(!said.contains("erk-"), "{said}");
     let said = folder.refused("run --method foo", "\"cvode\" & \"series\" & \"rk4\" and");
     assert!(said.len() < 250, "{said}");
+    says(&said, "(`stickslip case --keys solver.method` lists them)");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use stickslip::Run;
 use stickslip::analysis::work_precision::{PrecisionStudy, STUDIES, StudySource};
 use stickslip::case::{Case, CaseSource, Override, WrittenCase};
 
-const STUDY: &str = "title = \"A small one\"\ncase = \"paper-si\"\nset = [\"output.end_time=7\"]\n\n\
+pub const STUDY: &str = "title = \"A small one\"\ncase = \"paper-si\"\nset = [\"output.end_time=7\"]\n\n\
                      [[series]]\nmethods = [\"auto\", \"erk-verner-76\", \"paper\"]\ntolerances = [1e-6]\n\n\
                      [[series]]\nmethods = [\"erk\"]\nsteps = [\"20 us\"]\n";
 

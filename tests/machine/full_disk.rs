@@ -324,6 +324,49 @@ fn refused_folder_without_permission() -> Result<Completion, Failed> {
     assert!(message.starts_with(&closed.display().to_string()), "{message}");
     assert!(message.contains("permission"), "{message}");
     assert!(message.contains("; "), "{message}");
+    // Every command names the file that was asked for, and a remedy.
+    let program = env!("CARGO_BIN_EXE_stickslip");
+    let run = folder.path().join("run.h5");
+    let made = Command::new(program)
+        .args(["run", "-q", "--end-time", "0.02", "-o"])
+        .arg(&run)
+        .status();
+    assert!(made.unwrap().success());
+    for (arguments, name) in [
+        ("run -o", "x.h5"),
+        ("certify -o", "x.h5"),
+        ("sweep critical-curve -o", "x.h5"),
+        ("plot RUN --channel z -o", "x.svg"),
+        ("plot RUN --channel z -o", "figures"),
+        ("plot RUN --html", "x.html"),
+        ("export RUN -o", "x.csv"),
+        ("export RUN -o", "x.npz"),
+        ("compare RUN RUN --quick --report", "x.html"),
+        ("modes --figure", "x.svg"),
+        ("calibrate --case", "x.toml"),
+        ("case paper -o", "x.toml"),
+        ("man", "pages"),
+    ] {
+        let target = closed.join(name);
+        let words = arguments
+            .split(' ')
+            .map(|word| if word == "RUN" { run.as_os_str() } else { word.as_ref() });
+        let mut command = Command::new(program);
+        command.args(words).arg(&target).current_dir("/");
+        if std::fs::write(closed.join("probe"), "").is_ok() {
+            command.uid(NOBODY).gid(NOBODY);
+        }
+        let output = command.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {said}");
+        let (target, closed) = (target.display(), closed.display());
+        for words in [
+            format!("{target}: no permission to write there"),
+            format!("change the permissions of {closed}, or choose another"),
+        ] {
+            assert!(said.contains(&words), "{arguments}: {said}");
+        }
+    }
     Ok(Completion::Completed)
 }
 

@@ -70,7 +70,7 @@ impl GivenCase {
 
     /// What distinguishes the case with these overrides from the one that was written, in words.
     pub fn changed(&self, changes: &[Override]) -> Vec<String> {
-        let new = changed(&self.source, changes);
+        let new = changed(&self.source, &[], changes);
         let key = |line: &str| line.split_once(" = ").map(|(key, _)| key.to_owned());
         let is_kept = |line: &&String| new.iter().all(|new| key(new) != key(line));
         let mut all: Vec<String> = self.changed.iter().filter(is_kept).cloned().collect();

@@ -3,7 +3,7 @@
 use super::document::{self, CaseValue, Override, PlacedValue};
 use super::quantity::Dimension;
 use super::schema::Domain;
-use super::{CaseSource, Words, value, written};
+use super::{Case, CaseSource, Words, quantity, value, written};
 use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 
@@ -91,22 +91,32 @@ fn flatten(node: &PlacedValue, path: &str, leaves: &mut Vec<(String, CaseValue)>
 }
 
 /// Overrides of a case in words, the last one of each key: `friction.decay = 4 s/rad`. Each is an argument of `--set`.
-/// The limit of the wall time, which has no effect on results, is left out.
-pub fn changed(source: &CaseSource, overrides: &[Override]) -> Vec<String> {
+/// `settings` apply before them. The limit of the wall time, which has no effect on results, is left out, and so is an
+/// override without which the case is the same.
+pub fn changed(source: &CaseSource, settings: &[Override], overrides: &[Override]) -> Vec<String> {
     // The words are read from the whole text.
     if overrides.is_empty() {
         return Vec::new();
     }
-    let words = Words::of(source, overrides);
+    let all = [settings, overrides].concat();
+    let words = Words::of(source, &all);
     let is_last =
         |(at, change): &(usize, &Override)| overrides[at + 1..].iter().all(|later| later.key() != change.key());
     let last = overrides.iter().enumerate().filter(is_last);
     let last = last.filter(|(_, change)| change.key() != WITHOUT_EFFECT);
-    last.map(|(_, change)| {
-        let key = change.key();
-        format!("{key} = {}", in_words(key, change.set_value(), words))
-    })
-    .collect()
+    let case_of = |overrides: &[Override]| Case::read(source, overrides).map(|case| case.resolved()).ok();
+    let whole = case_of(&all);
+    let is_effective = |key: &str| {
+        let others = overrides.iter().filter(|other| other.key() != key);
+        let others: Vec<Override> = settings.iter().chain(others).cloned().collect();
+        whole.is_none() || case_of(&others) != whole
+    };
+    last.filter(|(_, change)| is_effective(change.key()))
+        .map(|(_, change)| {
+            let key = change.key();
+            format!("{key} = {}", in_words(key, change.set_value(), words))
+        })
+        .collect()
 }
 
 /// Overrides in one line, such as `changed: friction.decay = 4 s/rad`.
@@ -120,10 +130,13 @@ fn number(key: &str, value: &CaseValue, words: Words) -> Option<f64> {
     value::number(value, dimension, Domain::Any).ok()
 }
 
-/// A value with the unit of its key, if it is a number; a text without its quotes.
+/// A value with the unit of its key, if it is a number; a text without its quotes, with one blank before its unit.
 fn in_words(key: &str, value: &CaseValue, words: Words) -> String {
     if let CaseValue::Text(text) = value {
-        return text.clone();
+        return match written::dimension(key, words) {
+            Some(_) => quantity::spaced(text),
+            None => text.clone(),
+        };
     }
     let Some(number) = number(key, value, words) else {
         return value.toml();

@@ -246,7 +246,7 @@ pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
         return Ok(value);
     }
     let value = exact(text, dimension)?.to_f64().filter(|value| value.is_finite());
-    let value = value.ok_or_else(|| format!("{} is too large for double precision", quoted(text)))?;
+    let value = value.ok_or_else(|| beyond_doubles(text))?;
     if text.len() <= LONGEST_KNOWN {
         KNOWN.with_borrow_mut(|known| {
             if known.len() >= MOST_KNOWN {
@@ -270,7 +270,7 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
             quoted(text)
         )
     })?;
-    if let Some(what) = decimal_comma(text) {
+    if let Some(what) = decimal_comma(text).or_else(|| too_large(text)) {
         return Err(what);
     }
     if dimension == Dimension::Number {
@@ -341,7 +341,7 @@ pub fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
     let half = if plain { half } else { half * expand(unit)?.value };
     match (value.to_f64(), half.to_f64()) {
         (Some(value), Some(half)) if value.is_finite() && half.is_finite() => Ok((value, half)),
-        _ => Err(format!("{} is too large for double precision", quoted(text))),
+        _ => Err(beyond_doubles(text)),
     }
 }
 
@@ -351,6 +351,14 @@ pub fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
 /// The error text names the defect of the unit.
 pub fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
     parse(&format!("1 {unit}"), dimension)
+}
+
+/// A quantity with one blank between its number and its unit; any other text as it is.
+pub(super) fn spaced(text: &str) -> String {
+    match split_number(text) {
+        Some((number, unit)) if !unit.is_empty() => format!("{number} {unit}"),
+        _ => text.to_owned(),
+    }
 }
 
 /// Name and unit of a dimension: "a torsional stiffness, N m/rad".
@@ -512,6 +520,17 @@ pub fn decimal_comma(text: &str) -> Option<String> {
         _ => String::new(),
     };
     (digits > 0 && is_plain).then(|| format!("write {number}.{fraction}{unit} with a point{other}"))
+}
+
+/// Message about a number without a unit that no double can hold, such as `1e400`; `None` for any other text.
+pub fn too_large(text: &str) -> Option<String> {
+    let (number, unit) = split_number(text)?;
+    let is_infinite = number.parse::<f64>().is_ok_and(f64::is_infinite);
+    (is_infinite && unit.is_empty()).then(|| beyond_doubles(text))
+}
+
+fn beyond_doubles(text: &str) -> String {
+    format!("{} is too large for double precision", quoted(text))
 }
 
 fn malformed(expression: &str, why: &str) -> String {

@@ -226,7 +226,10 @@ impl ResultError {
         let reason = match source.kind() {
             io::ErrorKind::NotFound if !folder.exists() => Reason::NoFolder(folder),
             io::ErrorKind::NotADirectory => Reason::NoFolder(folder),
-            io::ErrorKind::PermissionDenied => Reason::NoPermission(folder),
+            io::ErrorKind::PermissionDenied => {
+                let existing = folder.ancestors().find(|folder| folder.exists()).map(Path::to_owned);
+                Reason::NoPermission(existing.unwrap_or(folder))
+            }
             io::ErrorKind::ReadOnlyFilesystem => Reason::ReadOnly,
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Reason::DiskFull { kept: false },
             io::ErrorKind::FileTooLarge => Reason::TooLarge { kept: false },

@@ -53,7 +53,8 @@ pub(crate) const CONVENTIONS: &str = "CF-1.11";
 /// Names of root attributes.
 pub mod root {
     pub(crate) const CONVENTIONS: &str = "Conventions";
-    pub(crate) const TITLE: &str = "title";
+    /// Title of the case or the study.
+    pub const TITLE: &str = "title";
     /// The program that made the file, with its version.
     pub const SOURCE: &str = "source";
     /// Commands that made the file, each with the time of day.
@@ -64,7 +65,8 @@ pub mod root {
     pub const FORMAT: &str = "format";
     /// Version of the format.
     pub const FORMAT_VERSION: &str = "format_version";
-    pub(crate) const STATUS: &str = "status";
+    /// complete, interrupted or failed.
+    pub const STATUS: &str = "status";
     pub(crate) const FAILURE: &str = "failure";
 }
 

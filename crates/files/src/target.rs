@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced, number_of};
+use super::disk::{Obstacle, folder_of, has_hdf5_signature, in_the_way, misplaced, number_of, try_folder};
 use super::source::FileSource;
 use super::{Reason, ResultError, Status};
 use super::{schema, seal};
@@ -115,7 +115,7 @@ const OTHER_FORMATS: [&str; 24] = [
 ///
 /// # Errors
 /// `path` or its partial file is an input, a folder, in a missing folder, protected by `overwrite`, locked by another
-/// program, named like another format, or has too long a name.
+/// program, named like another format, has too long a name, or is in a folder without permission.
 pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<(), ResultError> {
     if path.to_str().is_none() {
         return Err(Reason::NotUtf8.of(path));
@@ -136,7 +136,19 @@ pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Re
     if fs::symlink_metadata(lock_path(files[1])).is_err_and(|error| error.kind() == ErrorKind::InvalidFilename) {
         return Err(Reason::NameTooLong.of(path));
     }
-    files.iter().try_for_each(|file| check_replaceable(file, overwrite))
+    files.iter().try_for_each(|file| check_replaceable(file, overwrite))?;
+    // Asked here, so that the error has the name of the file and not that of one beside it.
+    match try_folder(&folder_of(path)) {
+        Err(error)
+            if matches!(
+                error.kind(),
+                ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem
+            ) =>
+        {
+            Err(ResultError::not_created(path, error))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The reason against a name like that of another format, with the command that writes the format.

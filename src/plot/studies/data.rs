@@ -329,7 +329,15 @@ pub(in crate::plot) fn unknown(path: &Path, what: &'static str, name: &str, know
     Error::unknown(format!("{}: the study has no {what}", path.display()), name, known, "")
 }
 
+/// Relative error of a printed value. Sums of steps, such as 0.1 + 0.2, differ from their decimal by less.
+const PRINTED: f64 = 1e-12;
+
+/// The shortest decimal within [`PRINTED`] of the value.
 pub(in crate::plot) fn plainly(value: f64) -> String {
+    let mut rounded = (0..17).filter_map(|digits| format!("{value:.digits$e}").parse::<f64>().ok());
+    let value = rounded
+        .find(|rounded| (rounded - value).abs() <= PRINTED * value.abs())
+        .unwrap_or(value);
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         value.to_string()
     } else {

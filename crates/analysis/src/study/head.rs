@@ -132,9 +132,11 @@ impl StudyHead {
         if let Some(set) = root.at("set") {
             read_settings(reader, &keys_with(&[]), set, "", &mut settings);
         }
+        let changed = base
+            .as_ref()
+            .map(|base| stickslip_case::changed(base, &settings, overrides));
         settings.extend(overrides.iter().cloned());
         let keys = keys_with(&settings);
-        let changed = base.as_ref().map(|base| stickslip_case::changed(base, overrides));
         let head = StudyHead {
             title: title.unwrap_or_else(|| source.name.clone()),
             words: keys.words,

@@ -205,14 +205,14 @@ impl Mapping {
             Some((column, unit)) if !unit.contains(']') => (column, Some(unit.trim())),
             _ => (rest, None),
         };
-        let (name, column) = (name.trim(), column.trim());
+        let (name, column) = (name.trim().replace('-', "_"), column.trim());
         let parse = |dimension| parse_column(column, unit, dimension).map_err(fault);
-        match name {
+        match &*name {
             "time" | "t" => self.time = Some(parse(Dimension::Time)?),
             "events.time" => self.event_time = Some(parse(Dimension::Time)?),
             "events.kind" => self.event_kind = Some(parse(Dimension::Number)?),
             _ => {
-                let channel = self.known_channel(name).map_err(fault)?;
+                let channel = self.known_channel(&name).map_err(fault)?;
                 self.add(channel, parse(self.vocabulary.dimension(channel))?);
             }
         }
