@@ -1,6 +1,6 @@
 //! Study file of a calibration: base case, free parameters, measured numbers.
 
-use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of, plain};
+use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of, keys, plain};
 use crate::sweep::{ParameterAxis, QUANTITIES, Quantity, Study, Values, asked_for, case_along, read_axis, sobol};
 use serde::Serialize;
 use stickslip_case::built_in;
@@ -35,58 +35,29 @@ pub struct CalibrationStudy {
     pub search: CalibrationSearch,
 }
 
-const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "free",
-        "tables",
-        "",
-        "parameters that are looked for: one table for each, at most twelve",
-    ),
-    StudyKey::new("target", "tables", "", "measured numbers: one table for each"),
-    StudyKey::new("search", "table", "its defaults", "extent of the search"),
-];
-const FREE_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "key",
-        "text or list",
-        "",
-        "key of the case that is looked for, or several with one value",
-    ),
-    StudyKey::new("from", "number or text", "", "one end of the range"),
-    StudyKey::new("to", "number or text", "", "the other end"),
-    StudyKey::new("spacing", "\"linear\" or \"log\"", "linear", "scale of the range"),
-];
-const TARGET_KEYS: &[StudyKey] = &[
-    StudyKey::new("quantity", "text", "", "name of the measured quantity"),
-    StudyKey::new(
-        "value",
-        "text or number",
-        "",
-        "the number as printed, such as \"6.975 s\"",
-    ),
-    StudyKey::new(
-        "half_width",
-        "text or number",
-        "half of the last digit of a text; 0.5 for a count",
-        "half-width of the interval around the value",
-    ),
-    StudyKey::new(
-        "weight",
-        "number",
-        "1",
-        "targets of the least weight are set aside first; 0 is only compared",
-    ),
-];
-const SEARCH_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "points",
-        "whole number",
-        "1024",
-        "points of the first sample, 16 to 65536",
-    ),
-    StudyKey::new("starts", "whole number", "16", "number of local searches"),
-    StudyKey::new("seed", "whole number", "0", "seed of the random numbers"),
-];
+const STUDY_KEYS: &[StudyKey] = keys! {
+    "free": "tables", "" => "parameters that are looked for: one table for each, at most twelve";
+    "target": "tables", "" => "measured numbers: one table for each";
+    "search": "table", "its defaults" => "extent of the search";
+};
+const FREE_KEYS: &[StudyKey] = keys! {
+    "key": "text or list", "" => "key of the case that is looked for, or several with one value";
+    "from": "number or text", "" => "one end of the range";
+    "to": "number or text", "" => "the other end";
+    "spacing": "\"linear\" or \"log\"", "linear" => "scale of the range";
+};
+const TARGET_KEYS: &[StudyKey] = keys! {
+    "quantity": "text", "" => "name of the measured quantity";
+    "value": "text or number", "" => "the number as printed, such as \"6.975 s\"";
+    "half_width": "text or number", "half of the last digit of a text; 0.5 for a count" =>
+        "half-width of the interval around the value";
+    "weight": "number", "1" => "targets of the least weight are set aside first; 0 is only compared";
+};
+const SEARCH_KEYS: &[StudyKey] = keys! {
+    "points": "whole number", "1024" => "points of the first sample, 16 to 65536";
+    "starts": "whole number", "16" => "number of local searches";
+    "seed": "whole number", "0" => "seed of the random numbers";
+};
 
 /// Tables of the study and their keys.
 pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[

@@ -2,7 +2,7 @@
 
 use super::special::Special;
 use crate::cycle::{CycleSearch, From, LONGEST};
-use crate::study::{StudyHead, StudyKey, StudyReader, StudySource, hash_of};
+use crate::study::{StudyHead, StudyKey, StudyReader, StudySource, hash_of, keys};
 use crate::sweep::{ParameterAxis, read_axis};
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
@@ -21,71 +21,22 @@ const DEFAULT_STEP: f64 = 0.03;
 /// Tables of a case that do not enter the equations.
 const NO_EQUATION: [&str; 4] = ["initial.", "output.", "perturbation.", "solver."];
 
-const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "axis",
-        "tables",
-        "",
-        "the parameter that varies, by key, from and to, and a second one for curves of special points",
-    ),
-    StudyKey::new("branch", "table", "its defaults", "what is followed, and how far"),
-];
-const BRANCH_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "of",
-        "text or list",
-        "cycle",
-        "what is followed: \"steady\" sliding, a \"cycle\", or both",
-    ),
-    StudyKey::new(
-        "from",
-        "\"end\" or \"initial\"",
-        "end",
-        "where the search for a cycle starts, as in stickslip cycle",
-    ),
-    StudyKey::new(
-        "period",
-        "number, s",
-        "the best fit",
-        "length near which the cycle is looked for",
-    ),
-    StudyKey::new(
-        "periods",
-        "whole number",
-        "the best fit",
-        "length of the cycle in drive periods or turns",
-    ),
-    StudyKey::new(
-        "direction",
-        "\"both\", \"up\" or \"down\"",
-        "both",
-        "directions of the parameter",
-    ),
-    StudyKey::new(
-        "points",
-        "whole number",
-        "400",
-        "most points of a branch in one direction",
-    ),
-    StudyKey::new(
-        "step",
-        "number",
-        "0.03",
-        "longest step, as a fraction of range and motion",
-    ),
-    StudyKey::new(
-        "follow",
-        "list",
-        "[\"hopf\", \"flip\"]",
-        "special points whose branches are followed, too",
-    ),
-    StudyKey::new(
-        "curves",
-        "list",
-        "[]",
-        "special points that are followed in two parameters",
-    ),
-];
+const STUDY_KEYS: &[StudyKey] = keys! {
+    "axis": "tables", "" =>
+        "the parameter that varies, by key, from and to, and a second one for curves of special points";
+    "branch": "table", "its defaults" => "what is followed, and how far";
+};
+const BRANCH_KEYS: &[StudyKey] = keys! {
+    "of": "text or list", "cycle" => "what is followed: \"steady\" sliding, a \"cycle\", or both";
+    "from": "\"end\" or \"initial\"", "end" => "where the search for a cycle starts, as in stickslip cycle";
+    "period": "number, s", "the best fit" => "length near which the cycle is looked for";
+    "periods": "whole number", "the best fit" => "length of the cycle in drive periods or turns";
+    "direction": "\"both\", \"up\" or \"down\"", "both" => "directions of the parameter";
+    "points": "whole number", "400" => "most points of a branch in one direction";
+    "step": "number", "0.03" => "longest step, as a fraction of range and motion";
+    "follow": "list", "[\"hopf\", \"flip\"]" => "special points whose branches are followed, too";
+    "curves": "list", "[]" => "special points that are followed in two parameters";
+};
 
 /// Tables of the study and their keys.
 pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[("", STUDY_KEYS), ("branch", BRANCH_KEYS)];

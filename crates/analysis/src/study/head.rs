@@ -1,6 +1,6 @@
 //! Common part of all studies: text and origin, title, base case, settings.
 
-use super::keys::StudyKey;
+use super::keys::{StudyKey, keys};
 use super::reading::{StudyReader, dotted, join};
 use crate::provenance;
 use sha2::{Digest, Sha256};
@@ -96,16 +96,11 @@ pub struct StudyHead {
 }
 
 /// Keys of every study.
-pub(super) const HEAD_KEYS: &[StudyKey] = &[
-    StudyKey::new("title", "text", "the name of the study", "title of the study"),
-    StudyKey::new(
-        "case",
-        "text",
-        "",
-        "base case: a built-in name, a TOML file or a result file beside the study",
-    ),
-    StudyKey::new("set", "table", "empty", "keys of the base case with other values"),
-];
+pub(super) const HEAD_KEYS: &[StudyKey] = keys! {
+    "title": "text", "the name of the study" => "title of the study";
+    "case": "text", "" => "base case: a built-in name, a TOML file or a result file beside the study";
+    "set": "table", "empty" => "keys of the base case with other values";
+};
 
 /// Key of the time limit, which does not affect results.
 const WALL_TIME: &str = "solver.max_wall_time";

@@ -18,22 +18,13 @@ pub struct StudyKey {
     pub about: &'static str,
 }
 
-impl StudyKey {
-    /// A key: name, type of the value, default, meaning.
-    pub(crate) const fn new(
-        name: &'static str,
-        takes: &'static str,
-        default: &'static str,
-        about: &'static str,
-    ) -> StudyKey {
-        StudyKey {
-            name,
-            takes,
-            default,
-            about,
-        }
-    }
+/// Keys of a table: name, type of the value, default, meaning.
+macro_rules! keys {
+    ($($name:literal: $takes:literal, $default:expr => $about:literal;)*) => {
+        &[$($crate::study::StudyKey { name: $name, takes: $takes, default: $default, about: $about }),*]
+    };
 }
+pub(crate) use keys;
 
 /// A table of study files.
 #[derive(Debug, Clone, Copy)]

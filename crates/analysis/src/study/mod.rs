@@ -8,6 +8,7 @@ mod reading;
 
 pub(crate) use head::{PROBES, check_points, hash_of, written};
 pub use head::{StudyHead, StudySource};
+pub(crate) use keys::keys;
 pub use keys::{StudyKey, StudyKeyTable, tables};
 pub use kind::{TextKind, kind_of};
 pub(crate) use reading::{StudyReader, plain};

@@ -1,7 +1,7 @@
 //! Axes of a study: keys that change together, and their values.
 
 use super::distributed::{self, AxisDistribution};
-use crate::study::{StudyHead, StudyKey, StudyReader};
+use crate::study::{StudyHead, StudyKey, StudyReader, keys};
 use std::path::Path;
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::{Case, CaseKeys, Override, Setting, Slot};
@@ -127,34 +127,14 @@ pub(crate) fn case_along(axes: &[ParameterAxis], head: &StudyHead) -> Option<Cas
 const MOST_LEVELS: u64 = 4_000_000;
 
 /// Keys of an axis of a sweep or a continuation.
-pub(crate) const AXIS_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "key",
-        "text or list",
-        "",
-        "key of the case that varies, or several that vary together",
-    ),
-    StudyKey::new(
-        "values",
-        "list",
-        "none: a range",
-        "values, each a number in SI or a text with a unit; not in a continuation",
-    ),
-    StudyKey::new("from", "number or text", "none: values", "first value of a range"),
-    StudyKey::new("to", "number or text", "none: values", "last value of a range"),
-    StudyKey::new(
-        "count",
-        "whole number",
-        "none",
-        "number of values in the range; not in a sample or a continuation",
-    ),
-    StudyKey::new(
-        "spacing",
-        "\"linear\" or \"log\"",
-        "linear",
-        "spacing of the values in the range",
-    ),
-];
+pub(crate) const AXIS_KEYS: &[StudyKey] = keys! {
+    "key": "text or list", "" => "key of the case that varies, or several that vary together";
+    "values": "list", "none: a range" => "values, each a number in SI or a text with a unit; not in a continuation";
+    "from": "number or text", "none: values" => "first value of a range";
+    "to": "number or text", "none: values" => "last value of a range";
+    "count": "whole number", "none" => "number of values in the range; not in a sample or a continuation";
+    "spacing": "\"linear\" or \"log\"", "linear" => "spacing of the values in the range";
+};
 
 /// Reads one `[[axis]]` over `known` keys. A `sampled` range has no count.
 pub(crate) fn read(

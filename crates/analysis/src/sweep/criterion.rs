@@ -2,7 +2,7 @@
 
 use super::axis::{AxisRange, ParameterAxis};
 use super::{PointOutcome, QUANTITIES, asked_for};
-use crate::study::{StudyKey, StudyReader};
+use crate::study::{StudyKey, StudyReader, keys};
 use stickslip_case::Setting;
 use stickslip_case::document::PlacedValue;
 use stickslip_system::model::system::System;
@@ -113,34 +113,15 @@ impl BoundarySpec {
     }
 }
 
-pub(super) const BOUNDARY_KEYS: &[StudyKey] = &[
-    StudyKey::new("x", "text", "the first range", "key of the axis x of the plane"),
-    StudyKey::new("y", "text", "the second range", "key of the axis y of the plane"),
-    StudyKey::new(
-        "criterion",
-        "text",
-        DEFAULT_CRITERION,
-        "a quantity, one of >= > <= <, and a number",
-    ),
-    StudyKey::new(
-        "refinements",
-        "whole number",
-        "2",
-        "how often the cells on the boundary are halved",
-    ),
-    StudyKey::new(
-        "width",
-        "number",
-        "1e-4",
-        "width of a bisected crossing, as a fraction of the axis, of its logarithm on a log axis",
-    ),
-    StudyKey::new(
-        "growth_contours",
-        "list",
-        "[]",
-        "values of the growth exponent G with contours of their own",
-    ),
-];
+pub(super) const BOUNDARY_KEYS: &[StudyKey] = keys! {
+    "x": "text", "the first range" => "key of the axis x of the plane";
+    "y": "text", "the second range" => "key of the axis y of the plane";
+    "criterion": "text", DEFAULT_CRITERION => "a quantity, one of >= > <= <, and a number";
+    "refinements": "whole number", "2" => "how often the cells on the boundary are halved";
+    "width": "number", "1e-4" =>
+        "width of a bisected crossing, as a fraction of the axis, of its logarithm on a log axis";
+    "growth_contours": "list", "[]" => "values of the growth exponent G with contours of their own";
+};
 
 /// Stick-slip as the maps count it.
 const DEFAULT_CRITERION: &str = "stick_count >= 2";

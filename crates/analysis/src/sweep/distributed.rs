@@ -2,7 +2,7 @@
 
 use super::axis::one_for_all;
 use super::sampling::cell_value;
-use crate::study::{StudyKey, StudyReader};
+use crate::study::{StudyKey, StudyReader, keys};
 use std::path::{Path, PathBuf};
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::{Setting, Slot};
@@ -47,35 +47,16 @@ pub enum AxisDistribution {
 const NAMES: [&str; 5] = ["uniform", "normal", "lognormal", "triangular", "table"];
 
 /// Keys of an axis with a distribution, except those of a range.
-pub(crate) const KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "distribution",
-        "text",
-        "uniform",
-        "of a sampled axis: uniform, normal, lognormal, triangular or table",
-    ),
-    StudyKey::new("mean", "number or text", "", "normal: mean"),
-    StudyKey::new("deviation", "number or text", "", "normal: standard deviation"),
-    StudyKey::new("median", "number or text", "", "lognormal: median"),
-    StudyKey::new(
-        "factor",
-        "number",
-        "",
-        "lognormal: 68 % of the values are between median / factor and median * factor",
-    ),
-    StudyKey::new(
-        "mode",
-        "number or text",
-        "",
-        "triangular: the most probable value; from and to are the least and the largest",
-    ),
-    StudyKey::new(
-        "table",
-        "text",
-        "",
-        "table: CSV file with measured values in its first column, with linear interpolation between neighbours",
-    ),
-];
+pub(crate) const KEYS: &[StudyKey] = keys! {
+    "distribution": "text", "uniform" => "of a sampled axis: uniform, normal, lognormal, triangular or table";
+    "mean": "number or text", "" => "normal: mean";
+    "deviation": "number or text", "" => "normal: standard deviation";
+    "median": "number or text", "" => "lognormal: median";
+    "factor": "number", "" => "lognormal: 68 % of the values are between median / factor and median * factor";
+    "mode": "number or text", "" => "triangular: the most probable value; from and to are the least and the largest";
+    "table": "text", "" =>
+        "table: CSV file with measured values in its first column, with linear interpolation between neighbours";
+};
 
 impl AxisDistribution {
     /// The value below which a fraction `share` of the values lies. The ends, which may be infinite, are replaced by

@@ -5,7 +5,7 @@ use super::axis::{self, ParameterAxis};
 use super::criterion::{BOUNDARY_KEYS, BoundarySpec, read_boundary};
 use super::distributed::{self, AxisDistribution};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
-use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of};
+use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of, keys};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use stickslip_case::built_in;
@@ -80,70 +80,25 @@ const MOST_POINTS: u64 = 1_000_000_000;
 /// Largest number of values on all axes together; more are a mistake.
 const MOST_LEVELS: usize = 4_000_000;
 
-const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "axis",
-        "tables",
-        "",
-        "parameters that vary: one table for each; none with points",
-    ),
-    StudyKey::new(
-        "sample",
-        "table",
-        "none: the grid",
-        "a random sample instead of every combination",
-    ),
-    StudyKey::new(
-        "points",
-        "text",
-        "none",
-        "CSV file with the points, instead of axes; its first line names the keys",
-    ),
-    StudyKey::new(
-        "keep",
-        "table",
-        "the summary alone",
-        "what is stored of each run besides its summary",
-    ),
-    StudyKey::new(
-        "show",
-        "text or list",
-        "none",
-        "quantities that figures show by default",
-    ),
-    StudyKey::new(
-        "boundary",
-        "table",
-        "none",
-        "traces the boundary of a criterion in the plane of two axes",
-    ),
-];
+const STUDY_KEYS: &[StudyKey] = keys! {
+    "axis": "tables", "" => "parameters that vary: one table for each; none with points";
+    "sample": "table", "none: the grid" => "a random sample instead of every combination";
+    "points": "text", "none" => "CSV file with the points, instead of axes; its first line names the keys";
+    "keep": "table", "the summary alone" => "what is stored of each run besides its summary";
+    "show": "text or list", "none" => "quantities that figures show by default";
+    "boundary": "table", "none" => "traces the boundary of a criterion in the plane of two axes";
+};
 
-const SAMPLE_KEYS: &[StudyKey] = &[
-    StudyKey::new("method", "\"latin-hypercube\" or \"sobol\"", "", "how points are drawn"),
-    StudyKey::new(
-        "count",
-        "whole number",
-        "",
-        "number of points; at most 65536 with sobol",
-    ),
-    StudyKey::new("seed", "whole number", "0", "seed of the random numbers"),
-];
+const SAMPLE_KEYS: &[StudyKey] = keys! {
+    "method": "\"latin-hypercube\" or \"sobol\"", "" => "how points are drawn";
+    "count": "whole number", "" => "number of points; at most 65536 with sobol";
+    "seed": "whole number", "0" => "seed of the random numbers";
+};
 
-const KEEP_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "events",
-        "true or false",
-        "false",
-        "the events of each run, in the study's file",
-    ),
-    StudyKey::new(
-        "trajectory",
-        "true or false",
-        "false",
-        "a result file of each run, in STUDY.runs/",
-    ),
-];
+const KEEP_KEYS: &[StudyKey] = keys! {
+    "events": "true or false", "false" => "the events of each run, in the study's file";
+    "trajectory": "true or false", "false" => "a result file of each run, in STUDY.runs/";
+};
 
 /// Tables of the study and their keys.
 pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[

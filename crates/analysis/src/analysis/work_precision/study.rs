@@ -1,6 +1,6 @@
 //! Study file of a work-precision study in TOML. Problems are reported all at once, each with file, line and key.
 
-use crate::study::{StudyHead, StudyKey, StudyReader, StudySource, written};
+use crate::study::{StudyHead, StudyKey, StudyReader, StudySource, keys, written};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -85,47 +85,22 @@ pub struct PrecisionStudy {
     pub repeat: usize,
 }
 
-const STUDY_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "repeat",
-        "whole number",
-        "1",
-        "repetitions of each run; the least time counts",
-    ),
-    StudyKey::new(
-        "series",
-        "tables",
-        "",
-        "methods with their tolerances or steps: one table for each",
-    ),
-    StudyKey::new(
-        "reference",
-        "table",
-        "the exact solver",
-        "what the errors are measured against",
-    ),
-];
-const SERIES_KEYS: &[StudyKey] = &[
-    StudyKey::new("methods", "list", "", "integration methods"),
-    StudyKey::new("tolerances", "list", "none: steps", "relative tolerances"),
-    StudyKey::new("steps", "list, s", "none: tolerances", "fixed steps"),
-];
-const REFERENCE_KEYS: &[StudyKey] = &[
-    StudyKey::new(
-        "truth",
-        "text",
-        "none: a run",
-        "JSON file of true events, beside the study",
-    ),
-    StudyKey::new("method", "text", "series", "method of the reference"),
-    StudyKey::new(
-        "check",
-        "text",
-        "arkode",
-        "independent method; its distance is the uncertainty",
-    ),
-    StudyKey::new("rtol", "number", "1e-13", "relative tolerance of both"),
-];
+const STUDY_KEYS: &[StudyKey] = keys! {
+    "repeat": "whole number", "1" => "repetitions of each run; the least time counts";
+    "series": "tables", "" => "methods with their tolerances or steps: one table for each";
+    "reference": "table", "the exact solver" => "what the errors are measured against";
+};
+const SERIES_KEYS: &[StudyKey] = keys! {
+    "methods": "list", "" => "integration methods";
+    "tolerances": "list", "none: steps" => "relative tolerances";
+    "steps": "list, s", "none: tolerances" => "fixed steps";
+};
+const REFERENCE_KEYS: &[StudyKey] = keys! {
+    "truth": "text", "none: a run" => "JSON file of true events, beside the study";
+    "method": "text", "series" => "method of the reference";
+    "check": "text", "arkode" => "independent method; its distance is the uncertainty";
+    "rtol": "number", "1e-13" => "relative tolerance of both";
+};
 
 /// Tables of the study and their keys.
 pub(crate) const KEY_TABLES: &[(&str, &[StudyKey])] = &[
