@@ -79,6 +79,7 @@
 
 pub mod friction;
 pub mod model;
+mod named;
 pub mod numerics;
 pub mod quote;
 pub mod record;

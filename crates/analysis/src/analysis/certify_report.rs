@@ -331,11 +331,11 @@ fn add_events(group: &mut Addition, c: &Certificate) {
         group.over(&["event"], FileColumn::new(variable, c.events.iter().map(of)));
     };
     add(
-        Variable::code("verdict", "verdict on the event", &Verdict::WORDS),
+        Variable::words("verdict", "verdict on the event", Verdict::codes()),
         |e| f64::from(e.verdict as i8),
     );
     let about = "verdict on the event by the ladder of methods alone";
-    add(Variable::code("ladder_verdict", about, &Verdict::WORDS), |e| {
+    add(Variable::words("ladder_verdict", about, Verdict::codes()), |e| {
         f64::from(e.ladder_verdict as i8)
     });
     let about = "uncertainty of the event by the ladder of methods alone; NaN: not converged";
@@ -440,7 +440,8 @@ fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Af
     add(Variable::quantity("half_last_digit", "1", about), f64::NAN, &|row| {
         row.parameter.half_last_digit
     });
-    let outcomes: Vec<_> = std::iter::once((-1, "not-made")).chain(of.outcomes()).collect();
+    let not_made = (-1, "not-made".to_owned());
+    let outcomes: Vec<_> = std::iter::once(not_made).chain(of.outcomes()).collect();
     for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
         let rerun = |row: &Sensitivity| -> Option<SensitivityRerun> { Some(row.reruns.as_ref()?[side].clone()) };
         let about = format!("{} with the parameter half_last_digit {where_to}, by a run", of.shift());
@@ -449,7 +450,7 @@ fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Af
             f64::NAN,
             &|row| rerun(row)?.shift,
         );
-        let outcome = Variable::code(&format!("outcome_{name}"), "what that run came to", &outcomes);
+        let outcome = Variable::words(&format!("outcome_{name}"), "what that run came to", outcomes.clone());
         add(outcome, -1.0, &|row| Some(f64::from(rerun(row)?.outcome as i8)));
         let sticks = Variable::count(
             &format!("sticks_{name}"),

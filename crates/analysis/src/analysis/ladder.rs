@@ -8,6 +8,7 @@ use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, OutputOptions, RunReport, SolverOptions, natural_period, single_method};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::model::margin;
+use stickslip_system::named;
 use stickslip_system::record::{Event, FurtherColumns, MemoryRecorder};
 
 /// Methods and tolerances, the finest of each method last. The short runs of `series` at the end fill idle processors.
@@ -320,25 +321,15 @@ pub(super) fn counterparts<'a>(result: &[Event], run: &'a Finished) -> Vec<Optio
 /// Number of independent witnesses that must confirm the result's sequence of events.
 pub(super) const LEAST_WITNESSES: usize = 2;
 
-/// Verdict on an event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// Independent methods agree.
-    Converged,
-    /// Amplified rounding: no tolerance makes the event converge.
-    NoiseDetermined,
-    /// Independent methods find another sequence from here on.
-    SequenceDiffers,
-}
-
-impl Verdict {
-    /// Codes and names in result files and reports.
-    pub const WORDS: [(i8, &'static str); 3] = [(0, "converged"), (1, "noise-determined"), (2, "sequence-differs")];
-
-    /// Name in result files and reports.
-    pub fn name(self) -> &'static str {
-        Verdict::WORDS[self as usize].1
+named! {
+    /// Verdict on an event.
+    pub enum Verdict {
+        /// Independent methods agree.
+        Converged: "converged",
+        /// Amplified rounding: no tolerance makes the event converge.
+        NoiseDetermined: "noise-determined",
+        /// Independent methods find another sequence from here on.
+        SequenceDiffers: "sequence-differs",
     }
 }
 

@@ -17,6 +17,7 @@ use stickslip_engine::simulation::{OutputOptions, RunReport};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
+use stickslip_system::named;
 use stickslip_system::record::{CycleStatistics, Event, EventKind, NoRecorder};
 
 /// A parameter is nonlinear if slope and rerun differ by more than this fraction of the larger shift.
@@ -35,93 +36,57 @@ const ROUNDING: f64 = 16.0;
 /// A result is independent of a parameter if a relative change of 1 would change it by less than this fraction.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Outcome of a rerun. The discriminants are the codes of result files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RerunOutcome {
-    /// Unchanged sequence of events.
-    SameEvents,
-    /// Another sequence, with a final stick.
-    OtherEvents,
-    /// The onset is amplified rounding, and the final stick is equally uncertain.
-    NoiseDetermined,
-    /// No final stick.
-    NoFinalStick,
-    /// Value that the case cannot have.
-    Invalid,
-    /// Failed run.
-    Failed,
-    /// Run that would take too long.
-    TooLong,
-    /// The motion is no longer periodic.
-    NoPeriod,
-}
-
-impl RerunOutcome {
-    const WORDS: [(i8, &str); 8] = [
-        (0, "same-events"),
-        (1, "other-events"),
-        (2, "noise-determined"),
-        (3, "no-final-stick"),
-        (4, "invalid"),
-        (5, "failed"),
-        (6, "too-long"),
-        (7, "no-period"),
-    ];
-
-    /// Name in result files and reports.
-    pub fn name(self) -> &'static str {
-        RerunOutcome::WORDS[self as usize].1
+named! {
+    /// Outcome of a rerun.
+    pub enum RerunOutcome {
+        /// Unchanged sequence of events.
+        SameEvents: "same-events",
+        /// Another sequence, with a final stick.
+        OtherEvents: "other-events",
+        /// The onset is amplified rounding, and the final stick is equally uncertain.
+        NoiseDetermined: "noise-determined",
+        /// No final stick.
+        NoFinalStick: "no-final-stick",
+        /// Value that the case cannot have.
+        Invalid: "invalid",
+        /// Failed run.
+        Failed: "failed",
+        /// Run that would take too long.
+        TooLong: "too-long",
+        /// The motion is no longer periodic.
+        NoPeriod: "no-period",
     }
 }
 
-/// Result of a run that depends on its parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Affected {
-    /// Begin of the stick that ends the run.
-    FinalStick,
-    /// Period of the attractor.
-    AttractorPeriod,
-    /// Time of the last certain event.
-    LastEvent,
+named! {
+    /// Result of a run that depends on its parameters. Its words have the article.
+    pub enum Affected {
+        FinalStick: "final-stick", "the final stick";
+        AttractorPeriod: "attractor-period", "the period of the attractor";
+        LastEvent: "last-event", "the last event";
+    }
 }
 
 impl Affected {
-    /// Name in result files and reports.
-    pub fn name(self) -> &'static str {
-        self.texts().0
-    }
-
-    /// Name in words, with its article.
-    pub fn words(self) -> &'static str {
-        self.texts().1
-    }
-
     /// Meaning of a positive shift, in words.
-    pub fn shift(self) -> &'static str {
-        self.texts().2
-    }
-
-    fn texts(self) -> (&'static str, &'static str, &'static str) {
-        match self {
-            Affected::FinalStick => ("final-stick", "the final stick", "how much later the final stick is"),
-            Affected::AttractorPeriod => (
-                "attractor-period",
-                "the period of the attractor",
-                "how much longer the period of the attractor is",
-            ),
-            Affected::LastEvent => ("last-event", "the last event", "how much later the last event is"),
-        }
+    pub fn shift(self) -> String {
+        let much = if self == Affected::AttractorPeriod {
+            "longer"
+        } else {
+            "later"
+        };
+        format!("how much {much} {} is", self.words())
     }
 
     /// Codes and names of the possible outcomes of a rerun.
-    pub(super) fn outcomes(self) -> impl Iterator<Item = (i8, &'static str)> {
-        RerunOutcome::WORDS.into_iter().filter(move |outcome| match outcome.1 {
-            "no-period" => self == Affected::AttractorPeriod,
-            "no-final-stick" => self == Affected::FinalStick,
-            _ => true,
-        })
+    pub(super) fn outcomes(self) -> impl Iterator<Item = (i64, String)> {
+        RerunOutcome::codes()
+            .into_iter()
+            .filter(move |outcome| match outcome.1.as_str() {
+                "no-period" => self == Affected::AttractorPeriod,
+                "no-final-stick" => self == Affected::FinalStick,
+                _ => true,
+            })
     }
 }
 

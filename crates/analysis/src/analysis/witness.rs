@@ -14,6 +14,7 @@ use stickslip_files::schema::{WITNESS_TIME, group};
 use stickslip_files::{Addition, AttributeValue, FileColumn, quantity};
 use stickslip_system::model::margin;
 use stickslip_system::model::system::System;
+use stickslip_system::named;
 use stickslip_system::quote::bound;
 
 /// Limit of a witness: a second or two for a brake. A limit in steps gives the same report on every machine.
@@ -24,32 +25,19 @@ const STEPS_PER_PERIOD: f64 = 56.0;
 
 const TOO_LONG: &str = "left out, as it takes more than a second";
 
-/// Finding of a witness.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Testimony {
-    /// Same sequence of events.
-    SameSequence,
-    /// Another sequence.
-    SequenceDiffers,
-    /// The onset is amplified rounding: sequence or times differ between any two methods.
-    NoiseDetermined,
-    /// The witness would take too long.
-    LeftOut,
-    /// The witness failed.
-    Failed,
-}
-
-impl Testimony {
-    /// Name in result files and in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Testimony::SameSequence => "same-sequence",
-            Testimony::SequenceDiffers => "sequence-differs",
-            Testimony::NoiseDetermined => "noise-determined",
-            Testimony::LeftOut => "left-out",
-            Testimony::Failed => "failed",
-        }
+named! {
+    /// Finding of a witness.
+    pub enum Testimony {
+        /// Same sequence of events.
+        SameSequence: "same-sequence",
+        /// Another sequence.
+        SequenceDiffers: "sequence-differs",
+        /// The onset is amplified rounding: sequence or times differ between any two methods.
+        NoiseDetermined: "noise-determined",
+        /// The witness would take too long.
+        LeftOut: "left-out",
+        /// The witness failed.
+        Failed: "failed",
     }
 }
 

@@ -3,7 +3,6 @@
 use super::region::{Determined, Interval};
 use super::search::{Calibration, calibrate};
 use super::study::{CalibrationStudy, Role, Target, TargetResult};
-use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
@@ -26,15 +25,8 @@ impl CalibrationRun<'_> {
     pub fn start(self) -> Result<(PathBuf, Calibration), Error> {
         let digest = self.study.digest();
         let of_study = header(&self.study.runs, "calibrate", digest.clone(), Vec::new());
-        spare_study(
-            self.path,
-            self.overwrite,
-            FileKind::Calibration,
-            &of_study,
-            Some(&digest),
-            None,
-        )?;
-        let place = Reservation::take(self.path, self.overwrite, &self.study.runs.head.files)?;
+        let inputs = &self.study.runs.head.files;
+        let place = self.place(FileKind::Calibration, &of_study, Some(&digest), inputs)?;
         let calibration = calibrate(self.study, self.workers, self.watch)?;
         let file = write(self.study, &calibration, place).map_err(Error::computation)?;
         Ok((file, calibration))
@@ -91,10 +83,6 @@ fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> Fi
     FileColumn::codes(name, long_name, 0..words.len() as i8, words)
 }
 
-fn flags<const N: usize>(words: [&str; N]) -> Vec<(i64, String)> {
-    (0..).zip(words.map(str::to_owned)).collect()
-}
-
 fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
     study.runs.axes.iter().map(|axis| axis.keys[0].clone())
 }
@@ -126,7 +114,7 @@ const INTERVAL_COLUMNS: &[DeclaredColumn<Interval>] = &columns! { interval, x:
     Variable::quantity("least", "1", "least value for which the held targets hold"), interval.least, interval.least = x;
     Variable::quantity("largest", "1", "largest value for which the held targets hold"),
         interval.largest, interval.largest = x;
-    Variable::words("determined", "from which sides the targets bound it within the range", flags(Determined::NAMES)),
+    Variable::words("determined", "from which sides the targets bound it within the range", Determined::codes()),
         f64::from(interval.determined as i8), _ = (interval, x);
 };
 
@@ -143,7 +131,7 @@ fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Fi
         Variable::quantity(
             "together", "1", "the largest residual that is left if it is held with the others; only of those that contradict"),
             of.1.together, _ = (of, x);
-        Variable::words("role", "role of the target", flags(Role::NAMES)), f64::from(of.1.role as i8), _ = (of, x);
+        Variable::words("role", "role of the target", Role::codes()), f64::from(of.1.role as i8), _ = (of, x);
     };
     let pairs: Vec<(&Target, &TargetResult)> = study.targets.iter().zip(&calibration.targets).collect();
     let measured = study.targets.iter().map(|target| target.name().to_owned());

@@ -4,32 +4,19 @@ use super::local::{Evaluation, TargetEvaluator, apart, farthest, least_worst};
 use crate::error::Error;
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
-use serde::Serialize;
+use stickslip_system::named;
 
-/// Bounds that the data set on a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Determined {
-    /// Bounded on both sides within the range.
-    #[serde(rename = "determined")]
-    Both = 0,
-    /// Open to the lower end of the range.
-    #[serde(rename = "bounded-above")]
-    FromAboveOnly = 1,
-    /// Open to the upper end of the range.
-    #[serde(rename = "bounded-below")]
-    FromBelowOnly = 2,
-    /// Open to both ends of the range.
-    #[serde(rename = "undetermined")]
-    Not = 3,
-}
-
-impl Determined {
-    /// Names in a word, in the order of the codes.
-    pub const NAMES: [&str; 4] = ["determined", "bounded-above", "bounded-below", "undetermined"];
-
-    /// Name in a word.
-    pub fn name(self) -> &'static str {
-        Determined::NAMES[self as usize]
+named! {
+    /// Bounds that the data set on a parameter.
+    pub enum Determined {
+        /// Bounded on both sides within the range.
+        Both: "determined",
+        /// Open to the lower end of the range.
+        FromAboveOnly: "bounded-above",
+        /// Open to the upper end of the range.
+        FromBelowOnly: "bounded-below",
+        /// Open to both ends of the range.
+        Not: "undetermined",
     }
 }
 

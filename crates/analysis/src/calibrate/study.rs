@@ -2,13 +2,13 @@
 
 use crate::study::{PROBES, StudyHead, StudyKey, StudyReader, StudySource, check_points, hash_of, keys, plain};
 use crate::sweep::{ParameterAxis, QUANTITIES, Quantity, Study, Values, asked_for, case_along, read_axis, sobol};
-use serde::Serialize;
 use stickslip_case::built_in;
 use stickslip_case::builtin::BuiltIn;
 use stickslip_case::document::{CaseValue, PlacedValue};
 use stickslip_case::quantity::{self, Dimension};
 use stickslip_case::{Case, CaseError, CaseKeys, Motion, Override, Setting};
 use stickslip_system::model::system::System;
+use stickslip_system::named;
 
 /// Built-in calibrations.
 pub const CALIBRATIONS: &[BuiltIn] = built_in!["studies": "paper-decay", "paper-si-decay"];
@@ -225,27 +225,17 @@ impl Target {
     }
 }
 
-/// Role of a target in the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Holds together with the others.
-    Held = 0,
-    /// Holds alone, but not together with the held targets.
-    Contradicts = 1,
-    /// Holds nowhere in the ranges of the parameters.
-    OutOfReach = 2,
-    /// Only compared, by request of the study.
-    Compared = 3,
-}
-
-impl Role {
-    /// Names in a word, in the order of the codes.
-    pub const NAMES: [&str; 4] = ["held", "contradicts", "out-of-reach", "compared"];
-
-    /// Name in a word.
-    pub fn name(self) -> &'static str {
-        Role::NAMES[self as usize]
+named! {
+    /// Role of a target in the result.
+    pub enum Role {
+        /// Holds together with the others.
+        Held: "held",
+        /// Holds alone, but not together with the held targets.
+        Contradicts: "contradicts",
+        /// Holds nowhere in the ranges of the parameters.
+        OutOfReach: "out-of-reach",
+        /// Only compared, by request of the study.
+        Compared: "compared",
     }
 }
 

@@ -5,6 +5,7 @@ use crate::cycle::{Guess, Manifold, What, motion, solve, tangent};
 use crate::error::{Error, attempt};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
+use stickslip_system::named;
 
 const MOST_SECANTS: usize = 40;
 
@@ -15,67 +16,28 @@ const BESIDE: f64 = 0.05;
 /// Largest relative difference between the period of cycles and the period at the Hopf point to which they shrink.
 const OTHER_PERIOD: f64 = 0.2;
 
-/// Reason for the end of a branch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[expect(missing_docs, reason = "each reason is described by its words")]
-pub enum EndReason {
-    Range,
-    Points,
-    Closed,
-    Shrunk,
-    Infinite,
-    Jump,
-    Lost,
-    #[default]
-    Interrupted,
-    Halved,
-    Rest,
+named! {
+    /// Reason for the end of a branch.
+    #[derive(Default)]
+    pub enum EndReason {
+        Range: "range", "at the end of the range";
+        Points: "points", "after as many points as were asked for";
+        Closed: "closed", "back at its start";
+        Shrunk: "shrunk", "the cycles shrink to steady sliding";
+        Infinite: "infinite", "the period grows without bounds";
+        Jump: "jump", "the motion jumps where the sequence of events changes";
+        Lost: "lost", "no solution was found beyond";
+        #[default]
+        Interrupted: "interrupted", "interrupted";
+        Halved: "halved", "the cycles fall back on ones of half their period";
+        Rest: "rest", "the relative velocity comes to rest";
+    }
 }
 
-/// Reasons in the order of their codes in files, with names in files and words.
-const REASONS: [(EndReason, &str, &str); 10] = [
-    (EndReason::Range, "range", "at the end of the range"),
-    (EndReason::Points, "points", "after as many points as were asked for"),
-    (EndReason::Closed, "closed", "back at its start"),
-    (EndReason::Shrunk, "shrunk", "the cycles shrink to steady sliding"),
-    (EndReason::Infinite, "infinite", "the period grows without bounds"),
-    (
-        EndReason::Jump,
-        "jump",
-        "the motion jumps where the sequence of events changes",
-    ),
-    (EndReason::Lost, "lost", "no solution was found beyond"),
-    (EndReason::Interrupted, "interrupted", "interrupted"),
-    (
-        EndReason::Halved,
-        "halved",
-        "the cycles fall back on ones of half their period",
-    ),
-    (EndReason::Rest, "rest", "the relative velocity comes to rest"),
-];
-
 impl EndReason {
-    pub(super) fn names() -> impl Iterator<Item = &'static str> {
-        REASONS.iter().map(|reason| reason.1)
-    }
-
     /// The last reason stands for codes beyond.
     pub(super) fn of_code(code: f64) -> EndReason {
-        REASONS[(code as usize).min(REASONS.len() - 1)].0
-    }
-
-    pub(super) fn code(self) -> i8 {
-        self as i8
-    }
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        REASONS[self as usize].1
-    }
-
-    /// Reason in words.
-    pub fn words(self) -> &'static str {
-        REASONS[self as usize].2
+        EndReason::ALL[(code as usize).min(EndReason::ALL.len() - 1)]
     }
 }
 

@@ -6,7 +6,6 @@ use super::special::Special;
 use super::study::ContinuationStudy;
 use crate::analysis::Deadline;
 use crate::cycle::{CycleStability, Family, in_units};
-use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
@@ -44,15 +43,7 @@ impl Continuation<'_> {
     pub fn start(self) -> Result<ContinuationReport, Error> {
         let (study, watch) = (self.study, self.watch);
         let (digest, header) = (study.digest(), header(study));
-        spare_study(
-            self.path,
-            self.overwrite,
-            FileKind::Branches,
-            &header,
-            Some(&digest),
-            None,
-        )?;
-        let place = Reservation::take(self.path, self.overwrite, &study.head.files)?;
+        let place = self.place(FileKind::Branches, &header, Some(&digest), &study.head.files)?;
         let begin = Instant::now();
         let written = study.written()?;
         let motion = written.case().motion();
@@ -94,8 +85,8 @@ const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
     Variable::quantity("largest_position", "rad", "largest position"), p.position.1, p.position.1 = x;
     Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), p.relative_velocity.0, p.relative_velocity.0 = x;
     Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), p.relative_velocity.1, p.relative_velocity.1 = x;
-    Variable::words("stability", "stability: growth of small disturbances", flags(CycleStability::NAMES)),
-        f64::from(p.stability as i8), p.stability = STABILITIES[(x as usize).min(2)];
+    Variable::words("stability", "stability: growth of small disturbances", CycleStability::codes()),
+        f64::from(p.stability as i8), p.stability = CycleStability::ALL[(x as usize).min(2)];
     Variable::count("unstable", "multipliers above 1 in magnitude, or eigenvalues with a positive real part"),
         p.unstable as f64, p.unstable = x as usize;
     Variable::words("special", "kind of special point", words_of_specials()),
@@ -113,8 +104,8 @@ const POINT_COLUMNS: &[DeclaredColumn<BranchPoint>] = &columns! { p, x:
 const BRANCH_COLUMNS: &[DeclaredColumn<Branch>] = &columns! { branch, x:
     Variable::words("what", "what is followed", flags(["steady", "cycle"])),
         (!branch.steady).into(), branch.steady = x == 0.0;
-    Variable::words("end", "why it ends", flags(EndReason::names())),
-        branch.end.code().into(), branch.end = EndReason::of_code(x);
+    Variable::words("end", "why it ends", EndReason::codes()),
+        f64::from(branch.end as i8), branch.end = EndReason::of_code(x);
     Variable::count("points", "how many points it has"), branch.points.len() as f64, _ = (branch, x);
     Variable::count("multiple", "drive periods in one of its cycles; -1: autonomous, or steady sliding"),
         branch.multiple.map_or(-1.0, f64::from), branch.multiple = (x > 0.0).then_some(x as u32);
@@ -122,12 +113,6 @@ const BRANCH_COLUMNS: &[DeclaredColumn<Branch>] = &columns! { branch, x:
         branch.parent.map_or(-1.0, |parent| parent.0 as f64),
         branch.parent = (x >= 0.0).then_some((x as usize, 0));
 };
-
-const STABILITIES: [CycleStability; 3] = [
-    CycleStability::Stable,
-    CycleStability::Unstable,
-    CycleStability::Neutral,
-];
 
 fn words_of_specials() -> Vec<(i64, String)> {
     let none = (-1, "none".to_owned());

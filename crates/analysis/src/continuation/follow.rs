@@ -149,7 +149,7 @@ impl<'a> BranchFollower<'a> {
         let (station, special, end) = match found {
             FoundPoint::Point(station) => (&**station, -1, -1),
             FoundPoint::Special(special, station) => (&**station, special.code(), -1),
-            FoundPoint::End(reason) => (&self.current, -1, reason.code()),
+            FoundPoint::End(reason) => (&self.current, -1, *reason as i8),
         };
         let Measured { guess, at, .. } = &station.measured;
         let head: [f64; MARKED] = [

@@ -7,6 +7,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 use stickslip_engine::simulation::{Border, Margin, Shot, ShotPhase, WantedResults, shoot};
 use stickslip_system::model::Mode;
+use stickslip_system::named;
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 
 /// Distance from the unit circle within which a multiplier is neutral.
@@ -15,16 +16,16 @@ pub const NEUTRAL: f64 = 1e-8;
 /// Fraction of the period's largest slip speed above which a slip counts as one of the largest.
 const ALIKE: f64 = 1.0 - 1e-6;
 
-/// Kind of a multiplier.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MultiplierKind {
-    /// Disturbance across the motion.
-    Free,
-    /// Exactly 1: along an autonomous motion.
-    Along,
-    /// Exactly 0: a stick removes every difference of the surface speeds.
-    Stick,
+named! {
+    /// Kind of a multiplier.
+    pub enum MultiplierKind {
+        /// Disturbance across the motion.
+        Free: "free",
+        /// Exactly 1: along an autonomous motion.
+        Along: "along",
+        /// Exactly 0: a stick removes every difference of the surface speeds.
+        Stick: "stick",
+    }
 }
 
 /// Floquet multiplier: factor of a disturbance in a period.
@@ -36,16 +37,6 @@ pub struct Multiplier {
     pub imaginary: f64,
     /// Kind.
     pub kind: MultiplierKind,
-}
-
-impl MultiplierKind {
-    /// Names in files, in the order of the codes.
-    pub const NAMES: [&str; 3] = ["free", "along", "stick"];
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        MultiplierKind::NAMES[self as usize]
-    }
 }
 
 impl Multiplier {
@@ -63,26 +54,17 @@ impl Multiplier {
     }
 }
 
-/// Stability against small disturbances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CycleStability {
-    /// All disturbances decay.
-    Stable,
-    /// A disturbance grows.
-    Unstable,
-    /// A disturbance stays, to rounding.
-    #[default]
-    Neutral,
-}
-
-impl CycleStability {
-    /// Names in a word, in the order of the codes.
-    pub const NAMES: [&str; 3] = ["stable", "unstable", "neutral"];
-
-    /// Name in a word.
-    pub fn name(self) -> &'static str {
-        CycleStability::NAMES[self as usize]
+named! {
+    /// Stability against small disturbances.
+    #[derive(Default)]
+    pub enum CycleStability {
+        /// All disturbances decay.
+        Stable: "stable",
+        /// A disturbance grows.
+        Unstable: "unstable",
+        /// A disturbance stays, to rounding.
+        #[default]
+        Neutral: "neutral",
     }
 }
 

@@ -148,7 +148,7 @@ const MULTIPLIERS: &[DeclaredColumn<Multiplier>] = &columns! { one, x:
     Variable::quantity("multiplier_imaginary", "1", "imaginary part of the multiplier"), one.imaginary, _ = (one, x);
     Variable::words(
         "multiplier_kind", "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick",
-        (0..).zip(MultiplierKind::NAMES.map(str::to_owned)).collect()),
+        MultiplierKind::codes()),
         f64::from(one.kind as i8), _ = (one, x);
 };
 

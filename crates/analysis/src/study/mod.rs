@@ -13,11 +13,12 @@ pub use keys::{StudyKey, StudyKeyTable, tables};
 pub use kind::{TextKind, kind_of};
 pub(crate) use reading::{StudyReader, plain};
 
+use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::sweep::{Executor, Existing, Journal, Shard, journal_path};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use stickslip_engine::workers::processors;
-use stickslip_files::Overwrite;
+use stickslip_files::{FileKind, Overwrite, Reservation, StudyHeader};
 use stickslip_system::watch::Watch;
 
 /// Builder of a study's run into a file; `start` computes it.
@@ -73,6 +74,18 @@ impl<'a, S> StudyRun<'a, S> {
     pub fn workers(mut self, workers: usize) -> Self {
         self.workers = workers;
         self
+    }
+
+    /// Reserves the place of the file, unless it holds a study of another kind or with other settings.
+    pub(crate) fn place(
+        &self,
+        kind: FileKind,
+        header: &StudyHeader,
+        digest: Option<&str>,
+        inputs: &[PathBuf],
+    ) -> Result<Reservation, Error> {
+        spare_study(self.path, self.overwrite, kind, header, digest, None)?;
+        Ok(Reservation::take(self.path, self.overwrite, inputs)?)
     }
 
     pub(crate) fn journal(&self, digest: &str) -> Result<Journal, Error> {

@@ -13,7 +13,6 @@ pub use study::{Knob, PrecisionStudy, ReferenceChoice, STUDIES};
 use study::{FALLBACK, TIGHTEST};
 
 use super::exact::{Truth, request as oracle_request};
-use crate::earlier::spare_study;
 use crate::error::Error;
 use crate::provenance;
 use crate::study::StudyRun;
@@ -129,15 +128,7 @@ impl PrecisionRun<'_> {
     /// There is no reference, the study was interrupted before there was one, the file is protected, or the disk fails.
     pub fn start(self) -> Result<(PathBuf, StudyResult), Error> {
         let of_study = header(self.study, String::new());
-        spare_study(
-            self.path,
-            self.overwrite,
-            FileKind::WorkPrecision,
-            &of_study,
-            None,
-            None,
-        )?;
-        let place = Reservation::take(self.path, self.overwrite, &self.study.head.files)?;
+        let place = self.place(FileKind::WorkPrecision, &of_study, None, &self.study.head.files)?;
         let started = provenance::now();
         let result = run(self.study, self.watch)?;
         let file = result.write(self.study, &started, &place).map_err(Error::computation)?;
