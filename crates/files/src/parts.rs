@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::attributes::{describe, describe_text, quantity, write_attributes};
 use super::schema::{self, Variable};
-use super::table::{ColumnValues, FileColumn, create_empty, create_group, with_type};
+use super::table::{ColumnValues, DeclaredColumn, FileColumn, create_empty, create_group, with_type};
 use super::target::{self, Reservation};
 use super::{AttributeValue, ResultError, raw};
 use stickslip_system::record::Cycle;
@@ -178,6 +178,17 @@ impl Addition {
     pub fn over(&mut self, dimensions: &[&str], column: FileColumn) {
         let dimensions = dimensions.iter().map(|&name| name.to_owned());
         self.columns.push((column, dimensions.collect()));
+    }
+
+    /// Adds declared columns of rows over a dimension.
+    pub fn table<'a, R: 'a>(
+        &mut self,
+        dimension: &str,
+        columns: impl IntoIterator<Item = &'a DeclaredColumn<R>>,
+        rows: &[R],
+    ) {
+        let columns = columns.into_iter().map(|column| column.of(rows));
+        columns.for_each(|column| self.over(&[dimension], column));
     }
 
     /// Adds a text after the columns.

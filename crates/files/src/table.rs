@@ -214,9 +214,16 @@ impl<R> DeclaredColumn<R> {
 }
 
 /// Declares columns: a [`Variable`](crate::schema::Variable), the number of a row, and the assignment of a number to
-/// the row. The list begins with the names of row and number.
+/// the row. The list begins with the names of row and number. Columns that are only written have no assignment.
 #[macro_export]
 macro_rules! columns {
+    ($row:ident: $($variable:expr, $get:expr;)*) => {
+        [$($crate::DeclaredColumn {
+            variable: || $variable,
+            get: |$row| $get,
+            set: |_, _| {},
+        }),*]
+    };
     ($row:ident, $number:ident: $($variable:expr, $get:expr, $set:expr;)*) => {
         [$($crate::DeclaredColumn {
             variable: || $variable,

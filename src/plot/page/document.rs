@@ -202,7 +202,7 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Value>, ResultEr
         json!({
             "uncertainty": Doubles::from_iter(uncertainty.into_iter().take(events)),
             "verdict": Codes::from_iter(verdict.iter().map(|&code| code as i8)),
-            "verdicts": Verdict::ALL.map(|verdict| verdict.name()),
+            "verdicts": Verdict::ALL.iter().map(|verdict| verdict.name()).collect::<Vec<_>>(),
         })
     }))
 }

@@ -14,7 +14,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use stickslip_case::{Case, CaseNumber};
 use stickslip_files::schema::{TIME_UNCERTAINTY, Variable, extended_tables, group};
-use stickslip_files::{Addition, FileColumn};
+use stickslip_files::{Addition, DeclaredColumn, FileColumn, columns};
 use stickslip_oracle::OracleSolution;
 
 /// A certification as it is reported: certificate, sensitivities and exact events of a case.
@@ -325,63 +325,73 @@ impl Certified {
     }
 }
 
+const EVENT_COLUMNS: &[DeclaredColumn<CertifiedEvent>] = &columns! { event:
+    Variable::words("verdict", "verdict on the event", Verdict::codes()), f64::from(event.verdict as i8);
+    Variable::words("ladder_verdict", "verdict on the event by the ladder of methods alone", Verdict::codes()),
+        f64::from(event.ladder_verdict as i8);
+    Variable::quantity(
+        "ladder_uncertainty", "s", "uncertainty of the event by the ladder of methods alone; NaN: not converged"),
+        finite(event.ladder_uncertainty);
+    Variable::quantity(
+        TRUE_ERROR, "s",
+        "distance of the event from the exact one, own less exact; NaN: the exact solution has none near it"),
+        missing(event.true_error);
+    Variable::quantity(
+        "rounding", "s",
+        "how far rounding to double precision, of the input and of the state and the clock at every event before, moves the event"),
+        finite(event.rounding);
+    Variable::quantity(
+        "growth", "1",
+        "e-folds by which a deviation has grown from the loss of stability, or from a later kick on smooth sliding, to the event"),
+        missing(event.growth);
+};
+
+/// Column of certificates by the oracle.
+const TRUE_ERROR: &str = "true_error";
+
+const RUNG_COLUMNS: &[DeclaredColumn<Rung>] = &columns! { rung:
+    Variable::quantity("rung_rtol", "1", "relative tolerance"), rung.rtol;
+    Variable::count("rung_agreeing", "events of the sequence that agree with the result's, from the first on"),
+        rung.agreeing as f64;
+    Variable::quantity("rung_distance", "s", "largest distance to the result over the agreeing events"),
+        missing(rung.distance);
+};
+
+const STRETCH_ENDS: &[DeclaredColumn<BandStretch>] = &columns! { stretch:
+    Variable::quantity("stretch_start", "s", "where it starts"), stretch.start;
+    Variable::quantity("stretch_end", "s", "where it ends"), stretch.end;
+};
+
 fn add_events(group: &mut Addition, c: &Certificate) {
     group.dimension("event", c.events.len(), "index of the event");
-    let mut add = |variable: Variable, of: fn(&CertifiedEvent) -> f64| {
-        group.over(&["event"], FileColumn::new(variable, c.events.iter().map(of)));
-    };
-    add(
-        Variable::words("verdict", "verdict on the event", Verdict::codes()),
-        |e| f64::from(e.verdict as i8),
-    );
-    let about = "verdict on the event by the ladder of methods alone";
-    add(Variable::words("ladder_verdict", about, Verdict::codes()), |e| {
-        f64::from(e.ladder_verdict as i8)
-    });
-    let about = "uncertainty of the event by the ladder of methods alone; NaN: not converged";
-    add(Variable::quantity("ladder_uncertainty", "s", about), |e| {
-        finite(e.ladder_uncertainty)
-    });
-    if c.by_oracle {
-        let about =
-            "distance of the event from the exact one, own less exact; NaN: the exact solution has none near it";
-        add(Variable::quantity("true_error", "s", about), |e| missing(e.true_error));
-    }
-    let about = "how far rounding to double precision, of the input and of the state and the clock at every event before, moves the event";
-    add(Variable::quantity("rounding", "s", about), |e| finite(e.rounding));
-    let about = "e-folds by which a deviation has grown from the loss of stability, or from a later kick on smooth sliding, to the event";
-    add(Variable::quantity("growth", "1", about), |e| missing(e.growth));
+    let known = |column: &&DeclaredColumn<_>| c.by_oracle || (column.variable)().name != TRUE_ERROR;
+    group.table("event", EVENT_COLUMNS.iter().filter(known), &c.events);
 }
 
 fn add_ladder(group: &mut Addition, c: &Certificate) {
     group.dimension("rung", c.ladder.len(), "index of the run of the ladder");
     let mut methods: Vec<&str> = Vec::new();
-    for rung in &c.ladder {
-        if !methods.contains(&rung.method) {
+    let codes = c.ladder.iter().map(|rung| {
+        let known = methods.iter().position(|name| *name == rung.method);
+        known.unwrap_or_else(|| {
             methods.push(rung.method);
-        }
-    }
-    let code = |rung: &Rung| methods.iter().position(|name| *name == rung.method).unwrap_or_default() as f64;
-    let words = (0..).zip(methods.iter().map(|&name| name.to_owned())).collect();
-    let mut add = |variable: Variable, of: &dyn Fn(&Rung) -> f64| {
-        group.over(&["rung"], FileColumn::new(variable, c.ladder.iter().map(of)));
-    };
-    add(Variable::words("rung_method", "integration method", words), &code);
-    add(Variable::quantity("rung_rtol", "1", "relative tolerance"), &|rung| {
-        rung.rtol
+            methods.len() - 1
+        }) as i8
     });
-    let about = "events of the sequence that agree with the result's, from the first on";
-    add(Variable::count("rung_agreeing", about), &|rung| rung.agreeing as f64);
-    let about = "largest distance to the result over the agreeing events";
-    add(Variable::quantity("rung_distance", "s", about), &|rung| {
-        missing(rung.distance)
-    });
+    let codes: Vec<i8> = codes.collect();
+    let words = (0..).zip(methods.into_iter().map(str::to_owned)).collect();
+    group.over(
+        &["rung"],
+        FileColumn::codes("rung_method", "integration method", codes, words),
+    );
+    group.table("rung", RUNG_COLUMNS, &c.ladder);
 }
 
 fn add_bands(group: &mut Addition, case: &Case, c: &Certificate) {
     let stretches = &c.bands.stretches;
     let about = "index of the stretch: before the event of the same index, the last before the end of the run";
     group.dimension("stretch", stretches.len(), about);
+    group.table("stretch", STRETCH_ENDS, stretches);
     let mut add = |variable: Variable, of: &dyn Fn(&BandStretch) -> f64| {
         group.over(&["stretch"], FileColumn::new(variable, stretches.iter().map(of)));
     };
@@ -391,13 +401,6 @@ fn add_bands(group: &mut Addition, case: &Case, c: &Certificate) {
         .into_iter()
         .find(|variable| variable.name == "mode");
     let modes = mode.map(|mode| mode.flags).unwrap_or_default();
-    add(
-        Variable::quantity("stretch_start", "s", "where it starts"),
-        &|stretch| stretch.start,
-    );
-    add(Variable::quantity("stretch_end", "s", "where it ends"), &|stretch| {
-        stretch.end
-    });
     let mode = Variable::words("stretch_mode", "what the contact does in it", modes);
     add(mode, &|stretch| stretch.mode.code().into());
     let about = "larger uncertainty of the events at its ends; NaN: not converged";
@@ -465,14 +468,14 @@ fn add_sensitivities(group: &mut Addition, found: Option<&Sensitivities>, of: Af
     });
 }
 
-/// The events of the exact solution as CSV. They have the state after each event if the case has the paper's letters,
-/// else the mode.
 /// Digits of the least known exact time, as in the table of the file.
 pub fn least_digits(exact: &OracleSolution) -> u32 {
     let digits = (0..exact.report.events.len()).map(|index| exact.digits_of_event(index).max(1));
     digits.min().unwrap_or(exact.digits)
 }
 
+/// The events of the exact solution as CSV. They have the state after each event if the case has the paper's letters,
+/// else the mode.
 fn csv(has_letters: bool, exact: &OracleSolution) -> String {
     let mut text = String::new();
     for (index, event) in exact.report.events.iter().enumerate() {

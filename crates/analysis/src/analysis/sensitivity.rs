@@ -246,18 +246,16 @@ fn agreeing<T: PartialEq>(own: impl Iterator<Item = T>, other: impl Iterator<Ite
     own.zip(other).take_while(|(a, b)| a == b).count()
 }
 
-enum NoRun {
-    Failed(String),
-    TooLong,
-    Interrupted,
-}
-
-fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
+/// Fails with the outcome and a remark, or `None` if stopped.
+fn run(
+    case: &Case,
+    max_steps: Option<usize>,
+    stop: &dyn Fn() -> bool,
+) -> Result<Outrun, Option<(RerunOutcome, String)>> {
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output.end_time);
-    let (trains, threshold) = (&case.system, case.threshold);
     let mut nobody = NoRecorder;
-    let mut recurrence = Recurrence::new(trains, &mut nobody, true, None);
+    let mut recurrence = Recurrence::new(&case.system, &mut nobody, true, None);
     let ended = Run::new(case)
         .solver(&solver)
         .output(&output)
@@ -265,13 +263,15 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         .stop(stop)
         .start();
     let report = match ended {
-        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
-        Err(failure) => return Err(NoRun::Failed(failure.to_string())),
-        Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
+        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => {
+            return Err(Some((RerunOutcome::TooLong, "the run takes too long".to_owned())));
+        }
+        Err(failure) => return Err(Some((RerunOutcome::Failed, format!("the run failed: {failure}")))),
+        Ok(report) if report.interrupted => return Err(None),
         Ok(report) => report,
     };
     Ok(Outrun {
-        attractor: recurrence.attractor_of_events(trains, threshold),
+        attractor: recurrence.attractor_of_events(&case.system, case.threshold),
         noise: Summary::of_run(&case.system, &report).noise_determined,
         report,
     })
@@ -496,9 +496,7 @@ impl Differentiated<'_> {
         };
         let other = match run(&case, Some(RERUN_FACTOR * MOST_STEPS), self.stop) {
             Ok(other) => other,
-            Err(NoRun::Interrupted) => return None,
-            Err(NoRun::Failed(text)) => return without(RerunOutcome::Failed, format!("the run failed: {text}")),
-            Err(NoRun::TooLong) => return without(RerunOutcome::TooLong, "the run takes too long".to_owned()),
+            Err(failure) => return failure.and_then(|(outcome, remark)| without(outcome, remark)),
         };
         let (own, noise) = self.base.result(self.of, self.last)?;
         // Differences within the convergence of the two attractors count as zero.

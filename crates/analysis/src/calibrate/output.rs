@@ -120,18 +120,18 @@ const INTERVAL_COLUMNS: &[DeclaredColumn<Interval>] = &columns! { interval, x:
 
 fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<FileColumn> {
     // Numbers are in the unit of the target, residuals in half-widths.
-    let declared: [DeclaredColumn<(&Target, &TargetResult)>; 7] = columns! { of, x:
-        Variable::quantity("value", "1", "as measured, in the unit of the target"), of.0.value, _ = (of, x);
+    let declared: [DeclaredColumn<(&Target, &TargetResult)>; 7] = columns! { of:
+        Variable::quantity("value", "1", "as measured, in the unit of the target"), of.0.value;
         Variable::quantity("half_width", "1", "how far the quantity may lie from it, in the unit of the target"),
-            of.0.half_width, _ = (of, x);
+            of.0.half_width;
         Variable::quantity("here", "1", "of the run with the calibrated parameters, in the unit of the target"),
-            of.1.here, _ = (of, x);
-        Variable::quantity("residual", "1", "distance from the measured value in half-widths"), of.1.residual, _ = (of, x);
-        Variable::quantity("nearest", "1", "the least residual found anywhere in the ranges"), of.1.nearest, _ = (of, x);
+            of.1.here;
+        Variable::quantity("residual", "1", "distance from the measured value in half-widths"), of.1.residual;
+        Variable::quantity("nearest", "1", "the least residual found anywhere in the ranges"), of.1.nearest;
         Variable::quantity(
             "together", "1", "the largest residual that is left if it is held with the others; only of those that contradict"),
-            of.1.together, _ = (of, x);
-        Variable::words("role", "role of the target", Role::codes()), f64::from(of.1.role as i8), _ = (of, x);
+            of.1.together;
+        Variable::words("role", "role of the target", Role::codes()), f64::from(of.1.role as i8);
     };
     let pairs: Vec<(&Target, &TargetResult)> = study.targets.iter().zip(&calibration.targets).collect();
     let measured = study.targets.iter().map(|target| target.name().to_owned());

@@ -394,19 +394,19 @@ fn run(
     oracle::run(&system, &options, control)
 }
 
-const CERTIFICATE: &[DeclaredColumn<CycleCertificate>] = &columns! { of, x:
-    Variable::quantity("period", "s", "period of the exact cycle, rounded to a double"), of.period.value, _ = (of, x);
+const CERTIFICATE: &[DeclaredColumn<CycleCertificate>] = &columns! { of:
+    Variable::quantity("period", "s", "period of the exact cycle, rounded to a double"), of.period.value;
     Variable::quantity("period_uncertainty", "s", "how far the decimal of the period can be off"),
-        of.period.error, _ = (of, x);
+        of.period.error;
     Variable::quantity("digits_computed", "1", "decimal digits that the exact solver computed with"),
-        of.digits_computed.into(), _ = (of, x);
-    Variable::quantity("corrections", "1", "corrections by Newton's method"), of.corrections as f64, _ = (of, x);
-    Variable::quantity("contraction", "1", "the last correction over the one before"), of.contraction, _ = (of, x);
+        of.digits_computed.into();
+    Variable::quantity("corrections", "1", "corrections by Newton's method"), of.corrections as f64;
+    Variable::quantity("contraction", "1", "the last correction over the one before"), of.contraction;
 };
 
-const EVENTS: &[DeclaredColumn<EnclosedEvent>] = &columns! { of, x:
-    Variable::quantity("exact_time", "s", "time of the event, rounded to a double"), of.time.value, _ = (of, x);
-    Variable::quantity("exact_uncertainty", "s", "how far the decimal of the time can be off"), of.time.error, _ = (of, x);
+const EVENTS: &[DeclaredColumn<EnclosedEvent>] = &columns! { of:
+    Variable::quantity("exact_time", "s", "time of the event, rounded to a double"), of.time.value;
+    Variable::quantity("exact_uncertainty", "s", "how far the decimal of the time can be off"), of.time.error;
 };
 
 impl CycleCertificate {
@@ -416,8 +416,7 @@ impl CycleCertificate {
         group.quantities(CERTIFICATE.iter().map(|one| ((one.variable)(), (one.get)(self))));
         group.attribute("period_decimal", self.period.decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
-        let columns = EVENTS.iter().map(|column| column.of(&self.events));
-        columns.for_each(|column| group.over(&["exact_event"], column));
+        group.table("exact_event", EVENTS, &self.events);
         let lines = |of: fn(&EnclosedEvent) -> &str| self.events.iter().map(of).collect::<Vec<_>>().join("\n");
         let about = "kinds of the events, one in each line";
         group.text("kinds", about, lines(|event| event.kind));

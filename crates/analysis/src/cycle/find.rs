@@ -10,7 +10,7 @@ use stickslip_engine::simulation::{
     Method, OutputOptions, Peak, Shot, SolverOptions, moving_state, stated_start, weights,
 };
 use stickslip_system::model::Mode;
-use stickslip_system::record::{Event, Recorder, RecorderError, Sample};
+use stickslip_system::record::MemoryRecorder;
 
 /// Largest number of turns, or of periods of the drives, in a period.
 pub const LONGEST: usize = 64;
@@ -62,33 +62,6 @@ pub struct CycleSearch {
     pub periods: Option<u32>,
     /// Period, s; `None` selects the best fit.
     pub period: Option<f64>,
-}
-
-#[derive(Default)]
-struct LastOrbit {
-    further: Vec<f64>,
-    time: f64,
-}
-
-impl Recorder for LastOrbit {
-    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
-        self.further.clear();
-        self.further.extend_from_slice(values);
-        Ok(())
-    }
-
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        self.time = sample.time;
-        Ok(())
-    }
-
-    fn event(&mut self, _: &Event) -> Result<(), RecorderError> {
-        Ok(())
-    }
-
-    fn stores_motion(&self) -> bool {
-        false
-    }
 }
 
 /// Finds a periodic motion of a family at these values of its parameters. An error describes the failed attempts.
@@ -167,15 +140,19 @@ fn starting_point(
         ..case.solver.clone()
     };
     let output = OutputOptions::at_the_ends(case.output.end_time);
-    let mut last = LastOrbit::default();
+    let mut recorder = MemoryRecorder::default();
     let run = Run::of_system(&case.system, case.threshold, &solver, &output);
-    let report = run.record(&mut last).stop(stop).start();
+    let report = run.record(&mut recorder).stop(stop).start();
     let report =
         report.map_err(|failure| Error::computation(format!("the motion could not be followed: {failure}")))?;
     if report.interrupted {
         return Err(Error::interrupted());
     }
-    Ok((last.time, moving_state(&case.system, &last.further)))
+    let last = recorder.samples.len() - 1;
+    Ok((
+        recorder.samples[last].time,
+        moving_state(&case.system, recorder.further(last)),
+    ))
 }
 
 pub(crate) fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {

@@ -105,8 +105,7 @@ impl Orbit {
         cycle.attribute("sequence", self.sequence().as_str());
         let about = "number of the multiplier, the largest first";
         cycle.dimension("multiplier", self.multipliers.len(), about);
-        let columns = MULTIPLIERS.iter().map(|column| column.of(&self.multipliers));
-        columns.for_each(|column| cycle.over(&["multiplier"], column));
+        cycle.table("multiplier", MULTIPLIERS, &self.multipliers);
         let about = "the case whose motion this is, as it was given (TOML)";
         cycle.text("source", about, source.to_owned());
         let about = "overrides of the case, KEY=VALUE in each line";
@@ -125,31 +124,31 @@ pub(crate) fn in_units(mut variable: Variable, motion: Motion) -> Variable {
 }
 
 /// Attributes of /cycle with the units of a rotation.
-const ORBIT: &[DeclaredColumn<Orbit>] = &columns! { orbit, x:
-    Variable::quantity("period", "s", "period of the motion"), orbit.period, _ = (orbit, x);
+const ORBIT: &[DeclaredColumn<Orbit>] = &columns! { orbit:
+    Variable::quantity("period", "s", "period of the motion"), orbit.period;
     Variable::quantity("error", "1", "last step of Newton's method, over the size of each component"),
-        orbit.error, _ = (orbit, x);
+        orbit.error;
     Variable::quantity("multiple", "1", "periods of the drives in it; NaN of an autonomous motion"),
-        orbit.multiple.map_or(f64::NAN, f64::from), _ = (orbit, x);
-    Variable::quantity("amplitude", "rad", "half of what the position sweeps"), orbit.amplitude, _ = (orbit, x);
-    Variable::quantity("least_position", "rad", "least position"), orbit.position.0, _ = (orbit, x);
-    Variable::quantity("largest_position", "rad", "largest position"), orbit.position.1, _ = (orbit, x);
-    Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), orbit.relative_velocity.0, _ = (orbit, x);
-    Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), orbit.relative_velocity.1, _ = (orbit, x);
-    Variable::quantity("sticks", "1", "sticks in a period"), orbit.sticks as f64, _ = (orbit, x);
+        orbit.multiple.map_or(f64::NAN, f64::from);
+    Variable::quantity("amplitude", "rad", "half of what the position sweeps"), orbit.amplitude;
+    Variable::quantity("least_position", "rad", "least position"), orbit.position.0;
+    Variable::quantity("largest_position", "rad", "largest position"), orbit.position.1;
+    Variable::quantity("least_relative_velocity", "rad/s", "least omega_r"), orbit.relative_velocity.0;
+    Variable::quantity("largest_relative_velocity", "rad/s", "largest omega_r"), orbit.relative_velocity.1;
+    Variable::quantity("sticks", "1", "sticks in a period"), orbit.sticks as f64;
     Variable::quantity("shortest_stick", "s", "duration of the shortest stick; NaN: none"),
-        orbit.shortest_stick.unwrap_or(f64::NAN), _ = (orbit, x);
+        orbit.shortest_stick.unwrap_or(f64::NAN);
     Variable::quantity("margin", "1", "relative distance of the nearest other sequence of events; NaN: none is near"),
-        orbit.nearest.map_or(f64::NAN, |nearest| nearest.distance), _ = (orbit, x);
+        orbit.nearest.map_or(f64::NAN, |nearest| nearest.distance);
 };
 
-const MULTIPLIERS: &[DeclaredColumn<Multiplier>] = &columns! { one, x:
-    Variable::quantity("multiplier_real", "1", "real part of the multiplier"), one.real, _ = (one, x);
-    Variable::quantity("multiplier_imaginary", "1", "imaginary part of the multiplier"), one.imaginary, _ = (one, x);
+const MULTIPLIERS: &[DeclaredColumn<Multiplier>] = &columns! { one:
+    Variable::quantity("multiplier_real", "1", "real part of the multiplier"), one.real;
+    Variable::quantity("multiplier_imaginary", "1", "imaginary part of the multiplier"), one.imaginary;
     Variable::words(
         "multiplier_kind", "why the multiplier has its value: of a disturbance, 1 along an autonomous motion, 0 by a stick",
         MultiplierKind::codes()),
-        f64::from(one.kind as i8), _ = (one, x);
+        f64::from(one.kind as i8);
 };
 
 /// Finds the cycle of a file again, and returns family, orbit, and original case.

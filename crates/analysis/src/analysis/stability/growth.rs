@@ -2,15 +2,16 @@
 
 use super::sliding_path::Slowing;
 use serde::Serialize;
-use std::cell::Cell;
+use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
-use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural_period};
+use stickslip_engine::simulation::{Method, OutputOptions, RunReport, SolverOptions, natural_period};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::friction::Law;
-use stickslip_system::model::KickTime;
 use stickslip_system::model::stability::{FastModes, Forecast};
 use stickslip_system::model::system::{Kick, KickSide, System};
-use stickslip_system::record::{Event, EventDigest, EventKind, Recorder, RecorderError};
+use stickslip_system::model::{KickTime, Mode};
+use stickslip_system::record::{Event, EventDigest};
+use stickslip_system::watch::go_on_unless;
 
 /// Growth of a perturbation along smooth sliding without a kick, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -200,7 +201,6 @@ pub fn onsets(
             jobs.extend(TOLERANCES.map(|rtol| (kicked, trains, method, rtol)));
         }
     }
-    let output = OutputOptions::at_the_ends(end_time);
     let found = over_processors(jobs.len(), stop, |index| {
         let (kicked, trains, method, rtol) = jobs[index];
         let solver = SolverOptions {
@@ -209,35 +209,30 @@ pub fn onsets(
             fixed_step: None,
             ..solver.clone()
         };
-        let first = FirstStick::default();
-        let mut recorder = &first;
         // A failure after the first stick does not matter. Before it, there is no stick.
-        let _ = Run::of_system(trains, 0.0, &solver, &output)
-            .record(&mut recorder)
-            .stop(|| stop() || first.0.get().is_some())
-            .start();
+        let (report, _) = run_to_first_stick(trains, &solver, end_time, stop);
         Onset {
             method: method.name(),
             rtol,
             kicked,
-            first_stick: first.0.get(),
+            first_stick: report.digest.cycles.onset_time,
         }
     });
     (!stop()).then_some(found)
 }
 
-#[derive(Debug, Default)]
-struct FirstStick(Cell<Option<f64>>);
-
-impl Recorder for &FirstStick {
-    fn stores_motion(&self) -> bool {
-        false
-    }
-
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        if event.kind == EventKind::Stick && self.0.get().is_none() {
-            self.0.set(Some(event.time));
-        }
-        Ok(())
+/// Run of a system to its first stick, or until `stop` returns `true`, and the reason of a failure.
+pub(super) fn run_to_first_stick(
+    trains: &System,
+    solver: &SolverOptions,
+    end_time: f64,
+    stop: &dyn Fn() -> bool,
+) -> (RunReport, Option<RunError>) {
+    let output = OutputOptions::at_the_ends(end_time);
+    let run = Run::of_system(trains, 0.0, solver, &output)
+        .control(|progress| go_on_unless(stop() || progress.mode == Mode::Stick));
+    match run.start() {
+        Ok(report) => (report, None),
+        Err(failure) => (failure.report, Some(failure.error)),
     }
 }

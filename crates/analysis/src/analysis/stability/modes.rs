@@ -2,22 +2,19 @@
 //! speed, loss of stability, and cause of the onset of stick-slip.
 
 use super::Growth;
+use super::growth::run_to_first_stick;
 use super::linear::SlidingVerdict;
 use super::sliding_path::Slowing;
 use super::states::{at_start, critical_speeds};
 use serde::Serialize;
 use std::f64::consts::TAU;
-use stickslip_engine::hybrid::RunError;
-use stickslip_engine::run::Run;
-use stickslip_engine::simulation::{OutputOptions, RunReport, SolverOptions, natural_period};
+use stickslip_engine::simulation::{RunReport, SolverOptions, natural_period};
 use stickslip_system::friction::{FrictionLaw, Law};
-use stickslip_system::model::Mode;
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::stability::fast_growth_rate;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::numerics::bisection::bisect;
 use stickslip_system::record::State;
-use stickslip_system::watch::go_on_unless;
 
 const CURVE: usize = 201;
 
@@ -300,7 +297,11 @@ impl SlowingModes {
     fn of_case(trains: &System, solver: &SolverOptions, end_time: f64) -> Option<SlowingModes> {
         let sliding = Slowing::new(trains)?;
         let natural_period = natural_period(trains)?;
-        let (report, failure) = run_to_first_stick(trains, solver, end_time);
+        let (mut report, failure) = run_to_first_stick(trains, solver, end_time, &|| false);
+        if failure.is_none() {
+            // Smooth sliding is examined to the end of the case, beyond the stop of this run.
+            report.end = end_time;
+        }
         let force = sliding.excitation.largest_force().max(0.0);
         let mut critical_speeds = critical_speeds(&sliding.system, force);
         let critical_speed = critical_speeds.first().copied();
@@ -362,21 +363,6 @@ fn damping_curve(
         }
     };
     (0..CURVE).map(|k| at(end * k as f64 / (CURVE - 1) as f64)).collect()
-}
-
-fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) -> (RunReport, Option<RunError>) {
-    let output = OutputOptions::at_the_ends(end_time);
-    let result = Run::of_system(trains, 0.0, solver, &output)
-        .control(|progress| go_on_unless(progress.mode == Mode::Stick))
-        .start();
-    match result {
-        // Smooth sliding is examined to the end of the case, beyond the stop of this run.
-        Ok(mut report) => {
-            report.end = end_time;
-            (report, None)
-        }
-        Err(failure) => (failure.report, Some(failure.error)),
-    }
 }
 
 fn instability(trains: &System, sliding: &Slowing, report: &RunReport) -> Option<Instability> {
