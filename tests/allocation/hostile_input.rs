@@ -18,7 +18,7 @@ use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
 use stickslip::compare::{Mapping, Reference};
 use stickslip::results::merge;
-use stickslip::sweep::{EventRow, Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
+use stickslip::sweep::{Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
 
 /// Files of each kind, unless the environment says how many.
 const FILES: u64 = 300;
@@ -485,7 +485,7 @@ fn journals() {
                 0 => Err(format!("point {number} failed")),
                 _ => Ok(vec![0.5; QUANTITIES.len()]),
             },
-            events: Vec::<EventRow>::new(),
+            events: Vec::new(),
         })
         .collect();
     let mut journal = Journal::open(&path, DIGEST, Existing::Discard).unwrap();

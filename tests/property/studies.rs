@@ -42,7 +42,7 @@ mod partition {
 mod journal {
     use proptest::prelude::*;
     use stickslip::record::EventKind;
-    use stickslip::sweep::{EventRow, Existing, Journal, PointOutcome};
+    use stickslip::sweep::{Existing, Journal, PointOutcome};
     use stickslip_analysis::ErrorKind;
 
     fn outcome(number: u64) -> PointOutcome {
@@ -53,13 +53,7 @@ mod journal {
             Ok((0..20 + number).map(|k| number as f64 + k as f64 / 7.0).collect())
         };
         let events = (0..number % 4)
-            .map(|k| EventRow {
-                time: k as f64,
-                kind: EventKind::Stick,
-                mode_after: 1,
-                relative_velocity: -0.5,
-                internal_force: 2.0,
-            })
+            .map(|k| [k as f64, EventKind::Stick.code().into(), 1.0, -0.5, 2.0])
             .collect();
         PointOutcome { number, result, events }
     }

@@ -91,7 +91,7 @@ pub use reader::{AddedGroup, Matrix, ResultFile};
 pub use rows::{KeptRows, KeptTable, KeptView};
 pub use source::{TableReader, follow_external, probe, probe_by_this_program, probe_if_asked, run_probe, set_probe};
 pub use study::{ShapedColumn, StudyFile, StudyHeader};
-pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepWriter};
+pub use sweep::{EventForm, ShardFile, ShardPlan, SweepAxis, SweepEvent, SweepPlan, SweepRow, SweepWriter};
 pub use sweep::{MergeReport, Partition, SweepLayout, merge};
 pub use table::{ColumnValues, DeclaredColumn, FileColumn};
 pub use target::{Overwrite, Reservation, check_target, partial_path};

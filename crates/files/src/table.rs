@@ -204,6 +204,11 @@ impl<R> DeclaredColumn<R> {
         FileColumn::new((self.variable)(), rows.into_iter().map(self.get))
     }
 
+    /// The variable with the number of a row.
+    pub fn quantity(&self, row: &R) -> (Variable, f64) {
+        ((self.variable)(), (self.get)(row))
+    }
+
     /// Gives the rows of a table their numbers. Fails if the column is missing.
     pub fn read(&self, table: &TableReader<'_>, rows: &mut [R]) -> Result<(), ResultError> {
         let values = table.column(&(self.variable)().name)?;

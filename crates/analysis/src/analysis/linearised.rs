@@ -9,6 +9,7 @@ use stickslip_engine::simulation::{
     Excitation, Method, MovedCases, MovedSystem, OutputOptions, RunFailure, SolverOptions, variation,
 };
 use stickslip_system::model::Mode;
+use stickslip_system::model::system::System;
 use stickslip_system::record::EventKind;
 use stickslip_system::watch::go_on_unless;
 
@@ -173,29 +174,36 @@ fn size(number: &CaseNumber) -> f64 {
 /// Copies of the case with a parameter changed on both sides, or twice on the only possible side; otherwise empty.
 fn moved(written: &WrittenCase, number: &CaseNumber, width: f64) -> Vec<MovedSystem> {
     let h = width * size(number);
-    let copy = |steps: f64, weight: f64, bend: f64| {
-        let (system, threshold) = written.moved(&number.path, number.value + steps * h)?;
+    let at = |steps: f64| written.moved(&number.path, number.value + steps * h);
+    copies(h, &[(1.0, 0.5), (-1.0, -0.5)], -2.0, at).unwrap_or_default()
+}
+
+/// Copies of a system for differences over changes `h` of a parameter: `central` ones, in steps with their weights, if
+/// the system exists on both sides; otherwise three on one side, the middle one with this bend.
+pub(crate) fn copies(
+    h: f64,
+    central: &[(f64, f64)],
+    middle_bend: f64,
+    at: impl Fn(f64) -> Option<(System, f64)>,
+) -> Option<Vec<MovedSystem>> {
+    let copy = |(steps, weight): (f64, f64), bend: f64| {
+        let (system, threshold) = at(steps)?;
         Some(MovedSystem {
-            threshold,
             system,
+            threshold,
             weight: weight / h,
             bend,
         })
     };
-    let all = |copies: &[(f64, f64, f64)]| -> Option<Vec<MovedSystem>> {
-        copies
-            .iter()
-            .map(|&(steps, weight, bend)| copy(steps, weight, bend))
+    let one_sided = |side: f64| -> Option<Vec<MovedSystem>> {
+        let steps = [(0.0, -1.5 * side), (side, 2.0 * side), (2.0 * side, -0.5 * side)];
+        let bends = [1.0, middle_bend, 1.0];
+        steps
+            .into_iter()
+            .zip(bends)
+            .map(|(step, bend)| copy(step, bend))
             .collect()
     };
-    let one_sided = |side: f64| {
-        all(&[
-            (0.0, -1.5 * side, 1.0),
-            (side, 2.0 * side, -2.0),
-            (2.0 * side, -0.5 * side, 1.0),
-        ])
-    };
-    let central = all(&[(1.0, 0.5, 1.0), (-1.0, -0.5, 1.0)]);
-    let found = central.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0));
-    found.unwrap_or_default()
+    let both: Option<Vec<_>> = central.iter().map(|step| copy(*step, 1.0)).collect();
+    both.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0))
 }

@@ -10,8 +10,8 @@ use stickslip_case::Case;
 use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural_period};
-use stickslip_files::schema::{WITNESS_TIME, group};
-use stickslip_files::{Addition, AttributeValue, FileColumn, quantity};
+use stickslip_files::schema::{Variable, WITNESS_TIME, group};
+use stickslip_files::{Addition, DeclaredColumn, FileColumn, columns};
 use stickslip_system::model::margin;
 use stickslip_system::model::system::System;
 use stickslip_system::named;
@@ -83,7 +83,15 @@ impl Witness {
     /// Groups of the result file: /witness, and the times in /events.
     pub fn additions(&self) -> [Addition; 2] {
         let (mut own, mut events) = (Addition::new(group::WITNESS), Addition::new(group::EVENTS));
-        own.attributes = self.attributes();
+        let mut numbers = NUMBERS.iter().map(|one| one.quantity(self));
+        own.attribute("method", self.method);
+        own.quantities(numbers.by_ref().take(1));
+        own.attribute("testimony", self.testimony.name());
+        own.quantities(numbers);
+        own.attribute("statement", self.statement.as_str());
+        if let Some(why) = &self.repeated {
+            own.attribute("repeated", why.as_str());
+        }
         events.over(&["event"], self.column());
         [own, events]
     }
@@ -101,44 +109,6 @@ impl Witness {
     pub fn column(&self) -> FileColumn {
         let long_name = "time of the event in the reference check; NaN: it has none";
         FileColumn::numbers(WITNESS_TIME, "s", long_name, self.times.iter().copied())
-    }
-
-    fn attributes(&self) -> Vec<(String, AttributeValue)> {
-        let text = |name: &str, text: &str| vec![(name.to_owned(), text.into())];
-        let number = |name: &str, value: Option<f64>, units: &str, long_name: &str| {
-            quantity(name, value.unwrap_or(f64::NAN), units, long_name).to_vec()
-        };
-        let agreeing = "events that agree with those of the result, from the first on";
-        let difference = "largest difference of the times of the agreeing events";
-        let other = "time of the first event that is another; NaN: there is none";
-        let apart = "difference of its times; NaN: its kind differs, or there is none";
-        let share = "the same as a share of the time since the event before";
-        [
-            text("method", self.method),
-            number(
-                "rtol",
-                Some(self.rtol),
-                "1",
-                "relative tolerance of the reference check",
-            ),
-            text("testimony", self.testimony.name()),
-            number(
-                "events",
-                Some(self.events as f64),
-                "1",
-                "events in the sequence of the reference check",
-            ),
-            number("agreeing_events", Some(self.agreeing_events as f64), "1", agreeing),
-            number("largest_difference", self.largest_difference, "s", difference),
-            number("differs_from", self.differs_from, "s", other),
-            number("differs_by", self.differs_by, "s", apart),
-            number("differs_by_share", self.differs_by_share, "1", share),
-            text("statement", &self.statement),
-            self.repeated
-                .as_ref()
-                .map_or_else(Vec::new, |why| text("repeated", why)),
-        ]
-        .concat()
     }
 
     /// Warning about different events or times, unless another warning covers them.
@@ -161,6 +131,22 @@ impl Witness {
         }
     }
 }
+
+/// Attributes of /witness.
+const NUMBERS: &[DeclaredColumn<Witness>] = &columns! { witness:
+    Variable::quantity("rtol", "1", "relative tolerance of the reference check"), witness.rtol;
+    Variable::quantity("events", "1", "events in the sequence of the reference check"), witness.events as f64;
+    Variable::quantity("agreeing_events", "1", "events that agree with those of the result, from the first on"),
+        witness.agreeing_events as f64;
+    Variable::quantity("largest_difference", "s", "largest difference of the times of the agreeing events"),
+        witness.largest_difference.unwrap_or(f64::NAN);
+    Variable::quantity("differs_from", "s", "time of the first event that is another; NaN: there is none"),
+        witness.differs_from.unwrap_or(f64::NAN);
+    Variable::quantity("differs_by", "s", "difference of its times; NaN: its kind differs, or there is none"),
+        witness.differs_by.unwrap_or(f64::NAN);
+    Variable::quantity("differs_by_share", "1", "the same as a share of the time since the event before"),
+        witness.differs_by_share.unwrap_or(f64::NAN);
+};
 
 /// `cvode`; for results of `cvode`, the independent `series`.
 pub(crate) fn witness_of(method: Method) -> Method {

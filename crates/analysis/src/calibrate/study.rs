@@ -264,25 +264,19 @@ fn read_target(
 ) -> Option<Target> {
     reader.table(node, path, TARGET_KEYS)?;
     let at = |name: &str| format!("{path}.{name}");
-    let weight = node.at("weight").map_or(Some(1.0), |given| {
-        let expected = "a number that is not negative";
-        reader.number(given, &at("weight"), expected, |weight| weight >= 0.0)
-    });
-    let quantity = match node.at("quantity") {
+    let expected = "a number that is not negative";
+    let weight = reader.number_or(node, (path, "weight"), 1.0, expected, |weight| weight >= 0.0);
+    let missing = "missing: what was measured, as in quantity = \"onset_time\"";
+    let quantity = match reader.needed(node, path, "quantity", missing) {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
             let found = asked_for(&name, system, " to measure", Quantity::is_measured);
             reader.found(given, &at("quantity"), found)
         }
-        None => {
-            let message = "missing: what was measured, as in quantity = \"onset_time\"";
-            reader.refuse(node, &at("quantity"), message)
-        }
+        None => None,
     };
-    let Some(given) = node.at("value") else {
-        let message = "missing: the number as it was printed, as in value = \"6.975 s\"";
-        return reader.refuse(node, &at("value"), message);
-    };
+    let missing = "missing: the number as it was printed, as in value = \"6.975 s\"";
+    let given = reader.needed(node, path, "value", missing)?;
     let quantity = quantity?;
     let unit = QUANTITIES[quantity].unit(motion);
     let dimension = Dimension::of_udunits(unit).unwrap_or(Dimension::Number);

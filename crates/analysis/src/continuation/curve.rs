@@ -1,7 +1,7 @@
 //! Curves of special points in two parameters.
 
 use super::manifold::Measured;
-use super::special::{Special, critical_pair, row};
+use super::special::{Special, critical_pair, row, unit};
 use crate::cycle::{
     Border, Guess, Local, Manifold, NewtonEquations, NewtonSolution, no_steady_sliding, solve, tangent,
 };
@@ -87,9 +87,7 @@ impl Conditioned<'_> {
             bordered.view_mut((0, 0), (n, n)).copy_from(&matrix);
             bordered.view_mut((0, n), (n, 1)).copy_from(left);
             bordered.view_mut((n, 0), (1, n)).copy_from(&right.transpose());
-            let mut unit = DVector::zeros(n + 1);
-            unit[n] = 1.0;
-            let solved = bordered.lu().solve(&unit).ok_or_else(no_steady_sliding)?;
+            let solved = bordered.lu().solve(&unit(n + 1, n)).ok_or_else(no_steady_sliding)?;
             return Ok(solved[n]);
         }
         let measured = self.manifold.measure(&self.local.guess(x)?)?;
@@ -159,7 +157,7 @@ pub(crate) fn border_point(
         // There are as many equations as unknowns, except for a fixed parameter.
         let numbers = manifold.widths.len();
         let plane = match held {
-            Some(number) => DMatrix::from_fn(1, x.len(), |_, j| f64::from(j == x.len() - numbers + number)),
+            Some(number) => row(&unit(x.len(), x.len() - numbers + number)),
             None => DMatrix::zeros(0, x.len()),
         };
         let Some(solution) = attempt(solve(&mut equations, &x, &plane, last.period))? else {
@@ -273,8 +271,7 @@ fn one_way(
 ) -> Result<Vec<CurvePoint>, Error> {
     let mut equations = at(manifold, special, start, level(special))?;
     let x = equations.local.unknowns(start);
-    let mut held = DVector::zeros(x.len());
-    held[x.len() - 1] = 1.0;
+    let held = unit(x.len(), x.len() - 1);
     let found = solved(&mut equations, &x, &held, start)?;
     let Some((found, mut direction)) = with_tangent(found, &(held * sign)) else {
         return Ok(Vec::new());
@@ -311,9 +308,7 @@ fn one_way(
             let (from, to) = (guess.values[k], reached.values[k]);
             let mut last = &x + (&next - &x) * ((bound - from) / (to - from));
             last[index] = bound / equations.local.scale()[index];
-            let mut held = DVector::zeros(x.len());
-            held[index] = 1.0;
-            if let Some(last) = solved(&mut equations, &last, &held, &guess)? {
+            if let Some(last) = solved(&mut equations, &last, &unit(x.len(), index), &guess)? {
                 points.push(point(manifold, special, &equations.local.guess(&last.x)?, k)?);
             }
             break;

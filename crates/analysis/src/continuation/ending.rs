@@ -1,9 +1,8 @@
 //! Ends of branches, and the special points where branches of cycles end.
 
-use super::special::{Special, Station, critical_pair, row, tests};
+use super::special::{Special, Station, critical_pair, row, unit};
 use crate::cycle::{Guess, Manifold, What, motion, solve, tangent};
 use crate::error::{Error, attempt};
-use nalgebra::DVector;
 use std::f64::consts::TAU;
 use stickslip_system::named;
 
@@ -89,8 +88,7 @@ fn special_near(manifold: Manifold<'_>, mut guess: Guess, special: Special) -> R
         guess.values[last] = value;
         let mut local = manifold.local(&guess)?;
         let x = local.unknowns(&guess);
-        let mut held = DVector::zeros(x.len());
-        held[x.len() - 1] = 1.0;
+        let held = unit(x.len(), x.len() - 1);
         let Some(solution) = attempt(solve(&mut local, &x, &row(&held), guess.period))? else {
             return Ok(None);
         };
@@ -99,11 +97,7 @@ fn special_near(manifold: Manifold<'_>, mut guess: Guess, special: Special) -> R
         let Some(direction) = tangent(&solution.jacobian, &held) else {
             return Ok(None);
         };
-        let station = Station {
-            tests: tests(manifold.what, &measured, &direction, &solution.jacobian),
-            direction: direction.component_mul(local.scale()),
-            measured,
-        };
+        let station = Station::new(manifold.what, &local, measured, &direction, &solution.jacobian);
         let value = station.tests.value(special, &station.measured);
         Ok((!value.is_nan()).then_some((value, station)))
     };

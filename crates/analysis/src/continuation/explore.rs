@@ -4,7 +4,7 @@ use super::curve::{CurvePoint, CurveSteps, trace};
 use super::ending::EndReason;
 use super::follow::{BranchFollower, FollowSteps, FoundPoint, IS_END, IS_SPECIAL, MARKED, is_half};
 use super::manifold::Measured;
-use super::special::{Special, Station, critical_pair};
+use super::special::{Special, Station, critical_pair, row, unit};
 use super::study::ContinuationStudy;
 use crate::analysis::stability::Modes;
 use crate::cycle::{CycleStability, Family, Guess, Manifold, What, collapsed, find, solve};
@@ -254,6 +254,18 @@ impl<'a> Explorer<'a> {
         self.explored.remarks.push(remark);
     }
 
+    /// `None` and a remark instead of a failure. An interruption stays an error.
+    fn or_remark<T>(&mut self, found: Result<T, Error>, what: String) -> Result<Option<T>, Error> {
+        match found {
+            Ok(found) => Ok(Some(found)),
+            Err(error) if error.is_interrupted() => Err(error),
+            Err(error) => {
+                self.remark(format!("{what}: {error}"));
+                Ok(None)
+            }
+        }
+    }
+
     pub fn explore(mut self) -> Result<Explored, Error> {
         let ended = self.follow_all();
         self.write()?;
@@ -363,8 +375,7 @@ impl<'a> Explorer<'a> {
         let widths = [self.width()];
         let mut local = self.manifold(What::Steady(sense), &widths).local(&guess)?;
         let x = local.unknowns(&guess);
-        let mut held = DMatrix::zeros(1, x.len());
-        held[x.len() - 1] = 1.0;
+        let held = row(&unit(x.len(), x.len() - 1));
         let solution = solve(&mut local, &x, &held, guess.period).map_err(|_| not_steady())?;
         Ok((local.guess(&solution.x)?, sense))
     }
@@ -394,25 +405,16 @@ impl<'a> Explorer<'a> {
         };
         let mut guess = job.guess.clone();
         if let (Some(_), Some(direction)) = (&birth, &job.direction) {
-            guess = match born(manifold, &guess, direction, &steps) {
-                Ok(guess) => guess,
-                Err(error) if error.is_interrupted() => return Err(error),
-                Err(error) => {
-                    let value = guess.values[0];
-                    self.remark(format!("the branch that is born at {value:.9} was not found: {error}"));
-                    return Ok(());
-                }
-            };
+            let what = format!("the branch that is born at {:.9} was not found", guess.values[0]);
+            match self.or_remark(born(manifold, &guess, direction, &steps), what)? {
+                Some(found) => guess = found,
+                None => return Ok(()),
+            }
         }
         let follower = BranchFollower::new(manifold, &steps, &guess, job.direction.as_ref(), job.up);
-        let mut follower = match follower {
-            Ok(follower) => follower,
-            Err(error) if error.is_interrupted() => return Err(error),
-            Err(error) => {
-                let value = guess.values[0];
-                self.remark(format!("the branch from {value:.9} on was not followed: {error}"));
-                return Ok(());
-            }
+        let what = format!("the branch from {:.9} on was not followed", guess.values[0]);
+        let Some(mut follower) = self.or_remark(follower, what)? else {
+            return Ok(());
         };
         let (parent, birth) = job.birth.unzip();
         let mut points: Vec<BranchPoint> = birth.into_iter().map(|birth| birth.of_the_born()).collect();
@@ -469,14 +471,8 @@ impl<'a> Explorer<'a> {
         number: u64,
         follower: &mut BranchFollower<'_>,
     ) -> Result<Vec<FoundPoint>, Error> {
-        let found = match follower.advance() {
-            Err(error) if error.is_interrupted() => return Err(error),
-            Err(error) => {
-                self.remark(format!("branch {index} ends: {error}"));
-                vec![FoundPoint::End(EndReason::Lost)]
-            }
-            Ok(found) => found,
-        };
+        let found = self.or_remark(follower.advance(), format!("branch {index} ends"))?;
+        let found = found.unwrap_or_else(|| vec![FoundPoint::End(EndReason::Lost)]);
         for (found, number) in found.iter().zip(number..) {
             self.keep(number, follower.mark(found));
         }

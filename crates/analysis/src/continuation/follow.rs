@@ -2,7 +2,7 @@
 
 use super::ending::{EndReason, flip_near, hopf_near};
 use super::manifold::Measured;
-use super::special::{Special, Station, Trial, row, scaled, tests};
+use super::special::{Special, Station, Trial, row, scaled, tests, unit};
 use crate::cycle::{Guess, Local, Manifold, NewtonEquations as _, NewtonSolution, What, degenerate, solve, tangent};
 use crate::error::{Error, attempt};
 use nalgebra::DVector;
@@ -104,11 +104,7 @@ fn station_at(
     let mut local = manifold.local(&measured.guess)?;
     let (_, jacobian) = local.evaluate(&local.unknowns(&measured.guess))?;
     let found = tangent(&jacobian, &toward(&local)).ok_or_else(|| degenerate(measured.guess.period))?;
-    Ok(Station {
-        tests: tests(manifold.what, &measured, &found, &jacobian),
-        direction: found.component_mul(local.scale()),
-        measured,
-    })
+    Ok(Station::new(manifold.what, &local, measured, &found, &jacobian))
 }
 
 impl<'a> BranchFollower<'a> {
@@ -125,9 +121,8 @@ impl<'a> BranchFollower<'a> {
         let current = station_at(manifold, measured, |local| match direction {
             Some(direction) => scaled(local, direction),
             None => {
-                let mut along = DVector::zeros(local.scale().len());
-                along[local.scale().len() - 1] = if up { 1.0 } else { -1.0 };
-                along
+                let along = unit(local.scale().len(), local.scale().len() - 1);
+                if up { along } else { -along }
             }
         })?;
         Ok(BranchFollower {
@@ -375,11 +370,7 @@ impl<'a> BranchFollower<'a> {
             return Ok(Trial { solution, station });
         }
         let direction = tangent(&solution.jacobian, along).ok_or_else(|| degenerate(guess.period))?;
-        let station = Station {
-            tests: tests(self.manifold.what, &measured, &direction, &solution.jacobian),
-            direction: direction.component_mul(local.scale()),
-            measured,
-        };
+        let station = Station::new(self.manifold.what, local, measured, &direction, &solution.jacobian);
         Ok(Trial { solution, station })
     }
 
@@ -402,9 +393,7 @@ impl<'a> BranchFollower<'a> {
         let mut at = &start + (end - &start) * share;
         let last = at.len() - 1;
         at[last] = bound / local.scale()[last];
-        let mut plane = DVector::zeros(at.len());
-        plane[last] = 1.0;
-        let Some(solution) = self.solved(local, &at, &plane)? else {
+        let Some(solution) = self.solved(local, &at, &unit(at.len(), last))? else {
             return Ok(None);
         };
         let share = along.dot(&(&solution.x - &start)) / self.step;

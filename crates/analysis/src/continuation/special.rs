@@ -174,6 +174,23 @@ pub(crate) struct Station {
     pub tests: Tests,
 }
 
+impl Station {
+    /// Point with a direction in scaled unknowns and the Jacobian there.
+    pub fn new(
+        what: What,
+        local: &Local<'_>,
+        measured: Measured,
+        direction: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+    ) -> Station {
+        Station {
+            tests: tests(what, &measured, direction, jacobian),
+            direction: direction.component_mul(local.scale()),
+            measured,
+        }
+    }
+}
+
 /// Solution on the plane across a direction, at a distance along this direction.
 pub(super) struct Trial {
     pub solution: NewtonSolution,
@@ -182,6 +199,11 @@ pub(super) struct Trial {
 
 pub(super) fn scaled(local: &Local<'_>, direction: &DVector<f64>) -> DVector<f64> {
     direction.component_div(local.scale()).normalize()
+}
+
+/// Unit vector along a component.
+pub(super) fn unit(length: usize, component: usize) -> DVector<f64> {
+    DVector::from_fn(length, |k, _| f64::from(k == component))
 }
 
 pub(super) fn row(direction: &DVector<f64>) -> DMatrix<f64> {

@@ -154,19 +154,12 @@ impl ContinuationStudy {
                 reader.report(of, "branch.of", message);
             }
         }
-        let mut choice = |name: &str, words: &[&str], message: &str| {
-            let given = node.at(name)?;
-            let path = format!("branch.{name}");
-            let word = reader.text(given, &path)?;
-            let found = words.iter().position(|known| *known == word);
-            found.or_else(|| reader.refuse(given, &path, message))
-        };
-        let message = "expected \"end\", the end of the run, or \"initial\", the state of [initial]";
-        if let Some(from) = choice("from", &["end", "initial"], message) {
+        let expected = "\"end\", the end of the run, or \"initial\", the state of [initial]";
+        if let Some(from) = reader.choice(node, ("branch", "from"), &["end", "initial"], expected) {
             self.search.from = [From::End, From::Initial][from];
         }
         let words = ["both", "up", "down"];
-        if let Some(way) = choice("direction", &words, "expected \"both\", \"up\" or \"down\"") {
+        if let Some(way) = reader.choice(node, ("branch", "direction"), &words, "\"both\", \"up\" or \"down\"") {
             self.directions = [(true, true), (true, false), (false, true)][way];
         }
         if let Some(period) = node.at("period") {
@@ -177,16 +170,13 @@ impl ContinuationStudy {
             let found = reader.whole_number(periods, "branch.periods", 1..=LONGEST as u64);
             self.search.periods = found.map(|periods| periods as u32);
         }
-        if let Some(points) = node.at("points")
-            && let Some(count) = reader.whole_number(points, "branch.points", 2..=MOST_POINTS)
-        {
+        if let Some(count) = reader.whole_or(node, "branch", "points", 2..=MOST_POINTS, DEFAULT_POINTS) {
             self.points = count as usize;
         }
-        if let Some(step) = node.at("step") {
-            let expected = "a share of the range from 1e-5 to 0.5";
-            if let Some(found) = reader.number(step, "branch.step", expected, |step| (1e-5..=0.5).contains(&step)) {
-                self.step = found;
-            }
+        let expected = "a share of the range from 1e-5 to 0.5";
+        let fits = |step: f64| (1e-5..=0.5).contains(&step);
+        if let Some(step) = reader.number_or(node, ("branch", "step"), DEFAULT_STEP, expected, fits) {
+            self.step = step;
         }
         let mut specials = |name: &str, fit: &[Special]| -> Option<Vec<Special>> {
             let given = node.at(name)?;

@@ -6,6 +6,7 @@
 
 use super::family::{Family, first_wave, in_the_long_run, map_drives};
 use super::orbit::Orbit;
+use super::saved;
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 use num_bigint::BigInt;
@@ -18,7 +19,7 @@ use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
 use stickslip_files::schema::{Variable, group};
 use stickslip_files::{Addition, DeclaredColumn, columns};
 use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
-use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
+use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::nearest_double;
 use stickslip_system::model::system::{ContactLaw, ExactSystem, Initial};
 use stickslip_system::signal::{Drive, Frequency, Wave};
@@ -158,18 +159,12 @@ pub fn certify(
     let n = orbit.state.len();
     // Components as stated in a case, as a function of the mechanical state: linear except for the drives.
     let of_state = |y: &[f64]| -> Vec<f64> {
-        let mut whole = vec![0.0; equations.dimension];
-        whole[..n].copy_from_slice(y);
-        let mut all = Vec::new();
-        for (side, driving) in [(&equations.rotor, &outside.rotor), (&equations.stator, &outside.stator)] {
-            let side: &Side = side;
-            all.extend((0..side.shafts()).map(|i| side.twist(i, &whole)));
-            all.extend(side.speeds(driving, &whole));
-        }
-        if let Engagement::Bristles(.., at) = equations.engagement {
-            all.push(whole[at]);
-        }
-        all
+        let (initial, deflection) = saved::stated(&equations, &outside, y);
+        let (rotor, stator) = (
+            [initial.rotor_twist, initial.rotor_speed],
+            [initial.stator_twist, initial.stator_speed],
+        );
+        [rotor.concat(), stator.concat(), deflection.into_iter().collect()].concat()
     };
     let own = of_state(&orbit.state);
     let size = own.len();
@@ -413,7 +408,7 @@ impl CycleCertificate {
     /// Group /cycle_certificate of a file.
     pub fn additions(&self) -> Vec<Addition> {
         let mut group = Addition::new(group::CYCLE_CERTIFICATE);
-        group.quantities(CERTIFICATE.iter().map(|one| ((one.variable)(), (one.get)(self))));
+        group.quantities(CERTIFICATE.iter().map(|one| one.quantity(self)));
         group.attribute("period_decimal", self.period.decimal.as_str());
         group.dimension("exact_event", self.events.len(), "number of the event");
         group.table("exact_event", EVENTS, &self.events);

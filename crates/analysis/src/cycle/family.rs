@@ -1,11 +1,12 @@
 //! A case with varied parameters: the long-run system and the derivatives of each member.
 
 use crate::analysis::forcing::{self, harmonics};
+use crate::analysis::linearised::copies;
 use crate::error::Error;
 use num_traits::Zero;
 use std::f64::consts::TAU;
 use stickslip_case::{Case, WrittenCase};
-use stickslip_engine::simulation::{MovedCases, MovedSystem};
+use stickslip_engine::simulation::MovedCases;
 use stickslip_system::model::margin::twice_resistance;
 use stickslip_system::model::system::{End, Pressing, System};
 use stickslip_system::signal::{Drive, Frequency, Wave};
@@ -142,22 +143,12 @@ impl Family {
         for number in (0..values.len()).filter(|_| derivatives) {
             let size = values[number].abs();
             let h = WIDTH * if size == 0.0 { 1.0 } else { size };
-            let copy = |steps: f64, weight: f64| {
+            let at = |steps: f64| {
                 let mut values = values.to_vec();
                 values[number] += steps * h;
-                let (system, threshold) = self.system_at(&values)?;
-                Some(MovedSystem {
-                    system,
-                    threshold,
-                    weight: weight / h,
-                    bend: 1.0,
-                })
+                self.system_at(&values)
             };
-            let all = |copies: &[(f64, f64)]| copies.iter().map(|&(steps, weight)| copy(steps, weight)).collect();
-            let central: Option<Vec<_>> = all(&CENTRAL);
-            let one_sided = |side: f64| all(&[(0.0, -1.5 * side), (side, 2.0 * side), (2.0 * side, -0.5 * side)]);
-            let found = central.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0));
-            let copies: Vec<MovedSystem> = found.ok_or_else(none)?;
+            let copies = copies(h, &CENTRAL, 1.0, at).ok_or_else(none)?;
             for copy in &copies {
                 self.check_turns(&copy.system, &self.keys[number..=number])?;
             }

@@ -11,8 +11,8 @@ use stickslip_case::{Case, CaseError, CaseSource, Motion, Override, WrittenCase}
 use stickslip_engine::simulation::{Excitation, Following, Method, OutputOptions, SolverOptions, stated_start};
 use stickslip_files::schema::{Variable, group};
 use stickslip_files::{Addition, DeclaredColumn, Reason, ResultFile, columns};
-use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
-use stickslip_system::model::system::{ContactLaw, Initial, Pressing};
+use stickslip_system::model::equations::{Engagement, Outside, Side, SystemEquations};
+use stickslip_system::model::system::{ContactLaw, Initial, Pressing, System};
 
 const SAMPLES: f64 = 1000.0;
 
@@ -33,22 +33,14 @@ impl Orbit {
             Pressing::Axial { .. } => given.in_general_form(),
             Pressing::Force(_) => given,
         };
-        let equations = SystemEquations::new(&member.system);
         let outside = Excitation::new(&member.system).at(0, 0.0);
-        let mut y = vec![0.0; equations.dimension];
-        y[..state.len()].copy_from_slice(state.as_slice());
-        let twists = |side: &Side| (0..side.shafts()).map(|i| side.twist(i, &y)).collect();
-        case.system = member.system;
-        case.system.initial = Initial {
-            rotor_twist: twists(&equations.rotor),
-            rotor_speed: equations.rotor.speeds(&outside.rotor, &y),
-            stator_twist: twists(&equations.stator),
-            stator_speed: equations.stator.speeds(&outside.stator, &y),
+        let (initial, deflection) = stated(&SystemEquations::new(&member.system), &outside, state.as_slice());
+        case.system = System {
+            initial,
+            ..member.system
         };
-        if let (Engagement::Bristles(.., at), ContactLaw::Bristles(bristles)) =
-            (equations.engagement, &mut case.system.contact)
-        {
-            bristles.deflection = y[at];
+        if let (Some(deflection), ContactLaw::Bristles(bristles)) = (deflection, &mut case.system.contact) {
+            bristles.deflection = deflection;
         }
         case.title = format!("{}: one period", case.title);
         case.output = OutputOptions {
@@ -112,6 +104,24 @@ impl Orbit {
         cycle.text("overrides", about, overrides.join("\n"));
         vec![cycle]
     }
+}
+
+/// A mechanical state as stated in a case, and the deflection of bristles.
+pub(super) fn stated(equations: &SystemEquations, outside: &Outside, state: &[f64]) -> (Initial, Option<f64>) {
+    let mut y = vec![0.0; equations.dimension];
+    y[..state.len()].copy_from_slice(state);
+    let twists = |side: &Side| (0..side.shafts()).map(|i| side.twist(i, &y)).collect();
+    let initial = Initial {
+        rotor_twist: twists(&equations.rotor),
+        rotor_speed: equations.rotor.speeds(&outside.rotor, &y),
+        stator_twist: twists(&equations.stator),
+        stator_speed: equations.stator.speeds(&outside.stator, &y),
+    };
+    let deflection = match equations.engagement {
+        Engagement::Bristles(.., at) => Some(y[at]),
+        _ => None,
+    };
+    (initial, deflection)
 }
 
 /// A variable of a rotation in the units of another motion.

@@ -181,10 +181,8 @@ fn read_base(
     source: &StudySource,
     files: &mut Vec<PathBuf>,
 ) -> Option<CaseSource> {
-    let Some(node) = root.at("case") else {
-        let message = "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"";
-        return reader.refuse(root, "case", message);
-    };
+    let missing = "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"";
+    let node = reader.needed(root, "", "case", missing)?;
     let name = reader.text(node, "case")?;
     let path = source.folder().join(&name);
     let found = if path.is_file() || Path::new(&name).extension().is_some() {

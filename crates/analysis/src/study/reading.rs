@@ -192,6 +192,50 @@ impl StudyReader {
             .map_or(Some(default), |node| self.whole_number(node, &join(path, name), range))
     }
 
+    /// The value of a required key, or a report that it is `missing`.
+    pub(crate) fn needed<'a>(
+        &mut self,
+        table: &'a PlacedValue,
+        path: &str,
+        name: &str,
+        missing: &str,
+    ) -> Option<&'a PlacedValue> {
+        table
+            .at(name)
+            .or_else(|| self.refuse(table, &join(path, name), missing))
+    }
+
+    /// A plain number that satisfies `fits`, by default `default`.
+    pub(crate) fn number_or(
+        &mut self,
+        table: &PlacedValue,
+        (path, name): (&str, &str),
+        default: f64,
+        expected: &str,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let node = table.at(name);
+        node.map_or(Some(default), |node| {
+            self.number(node, &join(path, name), expected, fits)
+        })
+    }
+
+    /// Place of a word among `words`, by default of the first one.
+    pub(crate) fn choice(
+        &mut self,
+        table: &PlacedValue,
+        (path, name): (&str, &str),
+        words: &[&str],
+        expected: &str,
+    ) -> Option<usize> {
+        let Some(node) = table.at(name) else { return Some(0) };
+        let found = match &node.value {
+            CaseValue::Text(text) => words.iter().position(|word| word == text),
+            _ => None,
+        };
+        found.or_else(|| self.expected(node, &join(path, name), expected))
+    }
+
     /// One key or a list of keys, as dotted paths.
     pub(crate) fn keys(&mut self, node: &PlacedValue, path: &str) -> Option<Vec<String>> {
         let texts = match &node.value {

@@ -174,10 +174,8 @@ fn read_with(
         None => reader.table(node, path, AXIS_KEYS)?,
     };
     let at = |name: &str| format!("{path}.{name}");
-    let Some(key_node) = node.at("key") else {
-        let message = "missing: write key = \"friction.decay\", or any other key of a case";
-        return reader.refuse(node, &at("key"), message);
-    };
+    let missing = "missing: write key = \"friction.decay\", or any other key of a case";
+    let key_node = reader.needed(node, path, "key", missing)?;
     let paths = reader.keys(key_node, &at("key"))?;
     let mut keys = Vec::with_capacity(paths.len());
     for name in &paths {
@@ -261,9 +259,7 @@ fn read_range(
 ) -> Option<(AxisRange, usize)> {
     let at = |name: &str| format!("{path}.{name}");
     let mut end = |name: &str| {
-        let Some(given) = node.at(name) else {
-            return reader.refuse(node, &at(name), "missing: a range has from and to");
-        };
+        let given = reader.needed(node, path, name, "missing: a range has from and to")?;
         match reader.found(given, &at(name), one_for_all(keys, &given.value))? {
             Setting::Number(number) => Some(number),
             _ => {
@@ -273,12 +269,9 @@ fn read_range(
         }
     };
     let (from, to) = (end("from"), end("to"));
-    let spacing = match node.at("spacing").map(|given| (given, &given.value)) {
-        None => Some(Spacing::Linear),
-        Some((_, CaseValue::Text(word))) if word == "linear" => Some(Spacing::Linear),
-        Some((_, CaseValue::Text(word))) if word == "log" => Some(Spacing::Log),
-        Some((given, _)) => reader.expected(given, &at("spacing"), "\"linear\" or \"log\""),
-    };
+    let words = ["linear", "log"];
+    let spacing = reader.choice(node, (path, "spacing"), &words, "\"linear\" or \"log\"");
+    let spacing = spacing.map(|word| [Spacing::Linear, Spacing::Log][word]);
     let count = match (node.at("count"), sampled) {
         (None, true) => Some(0),
         (None, false) => {

@@ -160,10 +160,9 @@ pub(super) fn read_boundary(
         }
     };
     let refinements = reader.whole_or(node, "boundary", "refinements", 0..=10, DEFAULT_REFINEMENTS);
-    let width = node.at("width").map_or(Some(DEFAULT_WIDTH), |given| {
-        let expected = "a share of the axis between 1e-12 and 0.1";
-        reader.number(given, "boundary.width", expected, |w| (1e-12..=0.1).contains(&w))
-    });
+    let expected = "a share of the axis between 1e-12 and 0.1";
+    let fits = |width: f64| (1e-12..=0.1).contains(&width);
+    let width = reader.number_or(node, ("boundary", "width"), DEFAULT_WIDTH, expected, fits);
     let mut growth_contours = Vec::new();
     if let Some(given) = node.at("growth_contours") {
         let path = "boundary.growth_contours";

@@ -91,14 +91,8 @@ impl AxisDistribution {
         folder: &Path,
     ) -> Option<Option<AxisDistribution>> {
         let at = |name: &str| format!("{path}.{name}");
-        let name = match node.at("distribution").map(|given| (given, &given.value)) {
-            None => NAMES[0],
-            Some((given, CaseValue::Text(word))) => match NAMES.iter().find(|name| *name == word) {
-                Some(name) => *name,
-                None => return reader.expected(given, &at("distribution"), &one_of()),
-            },
-            Some((given, _)) => return reader.expected(given, &at("distribution"), &one_of()),
-        };
+        let one_of = format!("one of \"{}\"", NAMES.join("\", \""));
+        let name = NAMES[reader.choice(node, (path, "distribution"), &NAMES, &one_of)?];
         let own: &[&str] = match name {
             "normal" => &["mean", "deviation"],
             "lognormal" => &["median", "factor"],
@@ -118,20 +112,15 @@ impl AxisDistribution {
             return Some(None);
         }
         if name == "table" {
-            let given = node.at("table");
-            let Some(given) = given else {
-                let message = "missing: the CSV file with the values, as in table = \"measured.csv\"";
-                return reader.refuse(node, &at("table"), message);
-            };
+            let missing = "missing: the CSV file with the values, as in table = \"measured.csv\"";
+            let given = reader.needed(node, path, "table", missing)?;
             let file = folder.join(reader.text(given, &at("table"))?);
             let values = reader.found(given, &at("table"), read_values(&file, keys))?;
             return Some(Some(AxisDistribution::Table { path: file, values }));
         }
         let mut number = |key: &str| {
-            let Some(given) = node.at(key) else {
-                let message = format!("missing: the distribution \"{name}\" has {}", own.join(", "));
-                return reader.refuse(node, &at(key), message);
-            };
+            let missing = format!("missing: the distribution \"{name}\" has {}", own.join(", "));
+            let given = reader.needed(node, path, key, &missing)?;
             let value = match (key, &given.value) {
                 ("factor", CaseValue::Integer(number)) => Ok(Setting::Number(*number as f64)),
                 ("factor", CaseValue::Float(number)) => Ok(Setting::Number(*number)),
@@ -169,10 +158,6 @@ impl AxisDistribution {
         };
         Some(Some(distribution))
     }
-}
-
-fn one_of() -> String {
-    format!("one of \"{}\"", NAMES.join("\", \""))
 }
 
 /// The values in the first column of a CSV file with or without a header, sorted. `keys` give their unit.

@@ -3,7 +3,7 @@
 use super::QUANTITIES;
 use super::axis::ParameterAxis;
 use super::curves::Boundaries;
-use super::journal::{EventRow, NO_COUNT, is_open};
+use super::journal::{NO_COUNT, is_open};
 use super::run::{NAMED_FAILURES, SweepReport};
 use super::runner::Running;
 use super::study::Study;
@@ -102,11 +102,7 @@ pub(super) fn write(
         }
         if let Some(outcome) = running.journal.read(number)? {
             report.points += 1;
-            let event = |e: &EventRow| {
-                let codes = [e.kind.code(), e.mode_after].map(f64::from);
-                [e.time, codes[0], codes[1], e.relative_velocity, e.internal_force]
-            };
-            row.events = outcome.events.iter().map(event).collect();
+            row.events = outcome.events;
             match outcome.result {
                 Ok(mut values) => {
                     // The journal of an earlier version lacks the quantities that were added since.

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use stickslip_files::ResultError;
-use stickslip_system::record::{Event, EventKind};
+use stickslip_files::{ResultError, SweepEvent};
+use stickslip_system::record::Event;
 
 pub(super) const NO_COUNT: i64 = -1;
 
@@ -41,31 +41,12 @@ pub(super) fn values(summary: &Summary) -> Values {
     values.map(|value| value.unwrap_or(f64::NAN)).collect()
 }
 
-/// Event of a run in a sweep file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EventRow {
-    /// Time, s.
-    pub time: f64,
-    /// Kind of the event.
-    pub kind: EventKind,
-    /// Code of the mode after the event.
-    pub mode_after: i8,
-    /// Relative velocity omega_r before the event, rad/s.
-    pub relative_velocity: f64,
-    /// Internal force T_f / r just before the event, N.
-    pub internal_force: f64,
-}
-
-impl From<&Event> for EventRow {
-    fn from(event: &Event) -> Self {
-        EventRow {
-            time: event.time,
-            kind: event.kind,
-            mode_after: event.mode_after.code(),
-            relative_velocity: event.before.relative_velocity,
-            internal_force: event.internal_force,
-        }
-    }
+/// Numbers of an event in a sweep file: time, codes of kind and mode after it, relative velocity omega_r and internal
+/// force T_f / r before it.
+pub(super) fn event_row(event: &Event) -> SweepEvent {
+    let codes = [event.kind.code(), event.mode_after.code()].map(f64::from);
+    let force = event.internal_force;
+    [event.time, codes[0], codes[1], event.before.relative_velocity, force]
 }
 
 /// Outcome of a point.
@@ -76,7 +57,7 @@ pub struct PointOutcome {
     /// Summary, or reason of a failure.
     pub result: Result<Values, String>,
     /// Events in order of time; empty unless the study keeps them.
-    pub events: Vec<EventRow>,
+    pub events: Vec<SweepEvent>,
 }
 
 impl PointOutcome {
@@ -104,11 +85,10 @@ impl PointOutcome {
             }
         }
         bytes.extend_from_slice(&(self.events.len() as u64).to_le_bytes());
-        for event in &self.events {
-            bytes.extend_from_slice(&event.time.to_le_bytes());
-            bytes.extend_from_slice(&[event.kind.code() as u8, event.mode_after as u8]);
-            bytes.extend_from_slice(&event.relative_velocity.to_le_bytes());
-            bytes.extend_from_slice(&event.internal_force.to_le_bytes());
+        for &[time, kind, mode, velocity, force] in &self.events {
+            bytes.extend_from_slice(&time.to_le_bytes());
+            bytes.extend_from_slice(&[kind as i8 as u8, mode as i8 as u8]);
+            bytes.extend([velocity, force].iter().flat_map(|number| number.to_le_bytes()));
         }
         let (frame, record) = bytes[start..].split_at_mut(FRAME);
         frame[..4].copy_from_slice(&(record.len() as u32).to_le_bytes());
@@ -138,14 +118,8 @@ impl PointOutcome {
         let mut events = Vec::new();
         for _ in 0..whole(rest)? {
             let time = float(rest)?;
-            let [kind, mode_after] = taken::<2>(rest)?.map(|code| code as i8);
-            events.push(EventRow {
-                time,
-                kind: EventKind::ALL.into_iter().find(|known| known.code() == kind)?,
-                mode_after,
-                relative_velocity: float(rest)?,
-                internal_force: float(rest)?,
-            });
+            let [kind, mode] = taken::<2>(rest)?.map(|code| f64::from(code as i8));
+            events.push([time, kind, mode, float(rest)?, float(rest)?]);
         }
         rest.is_empty().then_some(PointOutcome { number, result, events })
     }

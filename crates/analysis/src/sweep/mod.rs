@@ -42,7 +42,7 @@ pub use curves::{Boundaries, BoundaryCurve, BoundaryPoint, ContourLine, CurveBra
 pub use distributed::AxisDistribution;
 pub use executor::{Executor, evaluate};
 pub(crate) use file::{header, sweep_variables};
-pub use journal::{EventRow, Existing, Journal, PointOutcome, Values, journal_path};
+pub use journal::{Existing, Journal, PointOutcome, Values, journal_path};
 pub use run::{Shard, Sweep, SweepReport};
 pub use runner::{Integrate, run_point, run_points, without_a_file};
 pub(crate) use sampling::sobol;

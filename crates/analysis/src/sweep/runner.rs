@@ -1,7 +1,7 @@
 //! The remaining points of a sweep, and their runs on a pool of threads with one receiver of the outcomes.
 
 use super::executor::{Executor, run_tasks};
-use super::journal::{EventRow, Journal, PointOutcome, values};
+use super::journal::{Journal, PointOutcome, event_row, values};
 use super::study::{Study, StudyPoint};
 use crate::analysis::{Recorded, recorded};
 use crate::error::Error;
@@ -101,7 +101,7 @@ pub fn run_point(
                         return Ok(None);
                     }
                     if study.keep.events && run.failure.is_none() {
-                        events = run.report.events.iter().map(EventRow::from).collect();
+                        events = run.report.events.iter().map(event_row).collect();
                     }
                     run.failure.map_or(Ok(values), |failure| Err(failure.to_string()))
                 }

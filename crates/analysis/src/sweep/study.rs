@@ -410,10 +410,8 @@ fn read_sample(reader: &mut StudyReader, node: &PlacedValue, axes: &[ParameterAx
         Some(SampleMethod::Sobol) => MOST_SOBOL_POINTS,
         _ => 100_000_000,
     };
-    let count = match node.at("count") {
-        Some(given) => reader.whole_number(given, "sample.count", 1..=most),
-        None => reader.refuse(node, "sample.count", "missing: how many points are drawn"),
-    };
+    let count = reader.needed(node, "sample", "count", "missing: how many points are drawn");
+    let count = count.and_then(|given| reader.whole_number(given, "sample.count", 1..=most));
     let seed = reader.whole_or(node, "sample", "seed", 0..=u64::from(u32::MAX), 0);
     let (method, count, seed) = (method?, count?, seed?);
     if let Some(most) = sampling::too_many(axes.len(), count) {

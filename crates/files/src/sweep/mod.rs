@@ -109,7 +109,7 @@ pub struct SweepPlan {
 
 /// An event of a point: time (s), codes of its kind and of the mode after it, relative velocity (rad/s), internal
 /// force (N).
-pub(crate) type SweepCell = [f64; 5];
+pub type SweepEvent = [f64; 5];
 
 /// A point of a sweep file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -123,7 +123,7 @@ pub struct SweepRow {
     /// Message of a failed point.
     pub failure: Option<String>,
     /// Events of the point; empty if they are not kept.
-    pub events: Vec<SweepCell>,
+    pub events: Vec<SweepEvent>,
 }
 
 impl ShardPlan {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::writer::write_axis;
 use super::{
-    AXES_GROUP, EVENTS, EventForm, POINT, POINT_STATUS, POINT_STATUSES, Partition, ShardPlan, SweepAxis, SweepCell,
+    AXES_GROUP, EVENTS, EventForm, POINT, POINT_STATUS, POINT_STATUSES, Partition, ShardPlan, SweepAxis, SweepEvent,
     SweepLayout, SweepPlan, SweepRow,
 };
 use crate::attributes::{AttributeValue, write_attribute};
@@ -382,7 +382,7 @@ impl ShardRows {
         }
         if let [point, columns @ ..] = &mut self.events[..] {
             while point.at(self.next_event)? == Some(number as f64) {
-                let mut event: SweepCell = [0.0; 5];
+                let mut event: SweepEvent = [0.0; 5];
                 for (value, column) in event.iter_mut().zip(&mut *columns) {
                     *value = column.value(self.next_event)?;
                 }
