@@ -18,7 +18,9 @@ use stickslip_case::ExactCase;
 use stickslip_engine::simulation::{Excitation, WantedResults, shoot};
 use stickslip_files::schema::{Variable, group};
 use stickslip_files::{Addition, DeclaredColumn, columns};
-use stickslip_oracle::{self as oracle, OracleError, OracleOptions, OracleReport, OracleState, decimal};
+use stickslip_oracle::{
+    self as oracle, ExactDouble, OracleError, OracleOptions, OracleReport, OracleState, decimal, elementary,
+};
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::nearest_double;
 use stickslip_system::model::system::{ContactLaw, ExactSystem, Initial};
@@ -35,7 +37,8 @@ const LEAST_CONTRACTION: f64 = 1e-3;
 /// Safety factor on the extrapolated shift of the events by a correction.
 const SAFETY: f64 = 10.0;
 
-const DIGITS_OF_PI: usize = 650;
+/// 64-bit words of pi: 693 digits, more than the oracle has.
+const WORDS_OF_PI: usize = 36;
 
 /// Number with its error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,24 +74,6 @@ pub struct CycleCertificate {
     pub period: Enclosed,
     /// Events of the exact motion.
     pub events: Vec<EnclosedEvent>,
-}
-
-/// Machin's formula: pi = 16 arctan(1/5) - 4 arctan(1/239).
-fn pi() -> BigRational {
-    let scale = BigInt::from(10).pow(DIGITS_OF_PI as u32);
-    let inverse_tangent = |of: i64| {
-        let (mut term, mut sum, mut n) = (&scale / of, BigInt::zero(), 1i64);
-        let square = of * of;
-        while !term.is_zero() {
-            let part = &term / n;
-            sum += if n % 4 == 1 { part } else { -part };
-            term /= square;
-            n += 2;
-        }
-        sum
-    };
-    let value = inverse_tangent(5) * 16 - inverse_tangent(239) * 4;
-    BigRational::new(value, scale)
 }
 
 fn rational(value: f64) -> BigRational {
@@ -149,7 +134,8 @@ pub fn certify(
     periods_before: u32,
     watch: &dyn Watch,
 ) -> Result<CycleCertificate, Error> {
-    let pi = pi();
+    let pi = elementary::pi::<WORDS_OF_PI>();
+    let pi = ExactDouble::from(&pi).to_rational().unwrap_or_default();
     let member = family.at(&orbit.values, false)?;
     let (mut system, start) = (in_the_long_run(&exact.system), rational(orbit.time));
     map_drives(&mut system, |drive| shifted(drive, &start, &pi));
