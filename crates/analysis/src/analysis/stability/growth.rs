@@ -4,7 +4,7 @@ use super::sliding_path::Slowing;
 use serde::Serialize;
 use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
-use stickslip_engine::simulation::{Method, OutputOptions, RunReport, SolverOptions, natural_period};
+use stickslip_engine::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions, natural_period};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::friction::Law;
 use stickslip_system::model::stability::{FastModes, Forecast};
@@ -209,8 +209,11 @@ pub fn onsets(
             fixed_step: None,
             ..solver.clone()
         };
-        // A failure after the first stick does not matter. Before it, there is no stick.
-        let (report, _) = run_to_first_stick(trains, &solver, end_time, stop);
+        // A failure after the first stick does not matter. Before it, there is no stick. A contact that sticks from the
+        // beginning has its onset when it sticks again.
+        let (report, _) = run_until(trains, &solver, end_time, |progress| {
+            stop() || (progress.mode == Mode::Stick && progress.events > 0)
+        });
         Onset {
             method: method.name(),
             rtol,
@@ -221,16 +224,15 @@ pub fn onsets(
     (!stop()).then_some(found)
 }
 
-/// Run of a system to its first stick, or until `stop` returns `true`, and the reason of a failure.
-pub(super) fn run_to_first_stick(
+/// Run of a system until `stop` returns `true`, and the reason of a failure.
+pub(super) fn run_until(
     trains: &System,
     solver: &SolverOptions,
     end_time: f64,
-    stop: &dyn Fn() -> bool,
+    stop: impl Fn(Progress) -> bool,
 ) -> (RunReport, Option<RunError>) {
     let output = OutputOptions::at_the_ends(end_time);
-    let run = Run::of_system(trains, 0.0, solver, &output)
-        .control(|progress| go_on_unless(stop() || progress.mode == Mode::Stick));
+    let run = Run::of_system(trains, 0.0, solver, &output).control(|progress| go_on_unless(stop(progress)));
     match run.start() {
         Ok(report) => (report, None),
         Err(failure) => (failure.report, Some(failure.error)),
