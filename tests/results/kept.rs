@@ -137,7 +137,7 @@ fn property_a_report_gives_text_and_document() -> Outcome {
     assert!(report.text().contains("natural period T_n"));
     let document: serde_json::Value = serde_json::from_str(&report.document()?)?;
     assert_eq!(document["case"], "built-in case paper");
-    assert_eq!(document["changed"], serde_json::json!(["friction.decay = 4"]));
+    assert_eq!(document["changed"], serde_json::json!(["friction.decay = 4 s/rad"]));
     assert!(document["natural_period"].is_number());
     Ok(())
 }
