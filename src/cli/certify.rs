@@ -25,6 +25,7 @@ use stickslip_oracle as oracle;
 use stickslip_system::model::margin::resistance;
 use stickslip_system::quote::in_shell;
 use stickslip_system::record::{Channels, MemoryRecorder, State};
+use stickslip_system::watch::Watch;
 
 const ROWS_AT_A_TIME: usize = 65_536;
 
@@ -206,7 +207,7 @@ fn not_certified(certificate: &Certificate) -> String {
     }
 }
 
-fn draw(case: &Case, target: &FigureOutput, stop: &(dyn Fn() -> bool + Sync)) -> Result<Option<Vec<Onset>>, Error> {
+fn draw(case: &Case, target: &FigureOutput, stop: &dyn Watch) -> Result<Option<Vec<Onset>>, Error> {
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };

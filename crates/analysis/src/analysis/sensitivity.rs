@@ -18,6 +18,7 @@ use stickslip_engine::workers::over_processors;
 use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{CycleStatistics, Event, EventKind, NoRecorder};
+use stickslip_system::watch::Watch;
 
 /// A parameter is nonlinear if slope and rerun differ by more than this fraction of the larger shift.
 pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
@@ -287,7 +288,7 @@ enum NoRun {
     Interrupted,
 }
 
-fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
+fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Watch) -> Result<Outrun, NoRun> {
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let (trains, threshold) = (&case.system, case.threshold);
@@ -297,7 +298,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
         .solver(&solver)
         .output(&output)
         .record(&mut recurrence)
-        .stop(stop)
+        .watch(stop)
         .start();
     let report = match ended {
         Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
@@ -315,7 +316,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result
 struct Differentiated<'a> {
     written: &'a WrittenCase,
     linearised: &'a Linearised,
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: &'a dyn Watch,
     base: Outrun,
     /// Index of the last certain event of the contact.
     last: usize,
@@ -330,7 +331,7 @@ pub fn sensitivities(
     known: Option<&Linearised>,
     events: &[Event],
     certain: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Result<CaseSensitivities, String> {
     let numbers = written.numbers();
     let made;
@@ -338,7 +339,7 @@ pub fn sensitivities(
         Some(known) => known,
         None => {
             made = linearise(written, None, stop).map_err(|why| format!("series does not run this case: {why}"))?;
-            if stop() {
+            if stop.stopped() {
                 return Err(INTERRUPTED.to_owned());
             }
             &made
@@ -368,7 +369,7 @@ fn of_result(
     written: &WrittenCase,
     linearised: &Linearised,
     certain: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Option<Sensitivities> {
     // A corner of a signal is not a result.
     let known = &linearised.events[..certain];

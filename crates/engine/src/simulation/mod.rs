@@ -69,7 +69,7 @@ pub use state_readings::Further;
 pub use variation::{MovedCases, MovedSystem, Variation, variation};
 
 pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
-pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};
+pub use report::{Grazing, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, Dynamics, Limits, Rules, RunError, Start};
 use observer::Recording;

@@ -3,7 +3,7 @@
 use super::follower::{Follower, FollowerState};
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::{ReadingPlace, Readings};
-use super::report::{Grazing, Progress, RunReport, SolverWork};
+use super::report::{Grazing, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
 use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, Start, StateAt};
 use crate::sundials::Counters;
@@ -13,11 +13,12 @@ use stickslip_system::model::Mode;
 use stickslip_system::record::{
     Channels, Event, EventDigest, EventKind, RecordedChannel, Recorder, Sample, Segment, State, channel,
 };
+use stickslip_system::watch::Watch;
 
 pub(super) struct Recording<'a, R> {
     readings: R,
     recorder: &'a mut dyn Recorder,
-    control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &'a dyn Watch,
     times: SampleTimes,
     around: Option<TimesAround>,
     follower: Option<Follower>,
@@ -62,14 +63,14 @@ impl<'a, R: Readings> Recording<'a, R> {
         digest: EventDigest,
         (solver, output): (&SolverOptions, &OutputOptions),
         recorder: &'a mut dyn Recorder,
-        control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
+        watch: &'a dyn Watch,
         start: &Start<R::Place>,
     ) -> Self {
         let (_, channels) = readings.read(start.time, &start.location, &start.state);
         Recording {
             readings,
             recorder,
-            control,
+            watch,
             times: SampleTimes::new(output),
             around: None,
             follower: None,
@@ -372,10 +373,8 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
             self.out_of_time = true;
             return ControlFlow::Break(());
         }
-        (self.control)(Progress {
-            time: t,
-            mode: location.mode(),
-            events: self.counted,
-        })
+        let (end_time, mode, events) = (self.times.end_time, location.mode().name(), self.counted);
+        let what = format_args!("t = {t:.6} s of {end_time} s, {mode}, {events} events");
+        self.watch.at(t, end_time, what)
     }
 }

@@ -13,16 +13,16 @@
 use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::AbsoluteReadings;
-use super::report::{Progress, RunFailure, RunReport};
+use super::report::{RunFailure, RunReport};
 use super::stepping::ExplicitStep;
 use super::{MarginWatch, Simulation};
 use crate::hybrid::{Observer, ObserverError, RunError, Start};
 use crate::sundials::{Counters, ErkTable};
-use std::ops::ControlFlow;
 use stickslip_system::friction::Law;
 use stickslip_system::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{EventDigest, EventKind, Recorder};
+use stickslip_system::watch::Watch;
 
 pub(crate) const PAIR: ErkTable = ErkTable::DormandPrince7s45;
 
@@ -79,7 +79,7 @@ pub(crate) fn run(
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<RunReport, Box<RunFailure>> {
     let system = problem.system;
     let Some(model) = AbsoluteModel::new(system) else {
@@ -105,7 +105,7 @@ pub(crate) fn run(
         }
     }
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let watch = if mode == Mode::Stick {
+    let margin = if mode == Mode::Stick {
         MarginWatch::Off
     } else {
         MarginWatch::Stable
@@ -116,7 +116,7 @@ pub(crate) fn run(
         location: mode,
         state: state.to_vec(),
     };
-    let recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
+    let recording = Recording::new(readings, digest, (solver, output), recorder, watch, &start);
     let mut run = ProcedureRun {
         model: &model,
         pair: ExplicitStep::new(PAIR.coefficients(), [0.0; DIMENSION]),
@@ -126,7 +126,7 @@ pub(crate) fn run(
         time: 0.0,
         state,
         mode,
-        watch,
+        watch: margin,
         kicks,
         next_kick: 0,
         waiting_kicks,

@@ -1,19 +1,7 @@
 //! Report of a run: its end, its events, and the work of its solvers.
 
 use crate::hybrid::{EngineError, RunError};
-use stickslip_system::model::Mode;
 use stickslip_system::record::{Event, EventDigest, EventKind};
-
-/// Progress of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Present time, s.
-    pub time: f64,
-    /// Present mode.
-    pub mode: Mode,
-    /// Number of events of the sequence so far.
-    pub events: usize,
-}
 
 /// Near misses: guards that came as near to their boundaries as the solver can tell and turned, or had just left them.
 /// Whether the contact changes there, and for how long, is undecided.

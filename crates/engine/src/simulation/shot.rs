@@ -16,6 +16,7 @@ use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::record::EventKind;
 use stickslip_system::signal::Drive;
+use stickslip_system::watch::{Watch, go_on_unless};
 
 const RTOL: f64 = 1e-14;
 
@@ -230,8 +231,8 @@ pub struct WantedResults<'a> {
     pub derivatives: Option<&'a [MovedCases]>,
     /// Whether to find peaks and margins.
     pub extrema: bool,
-    /// Called now and then; `true` ends the motion.
-    pub stop: &'a dyn Fn() -> bool,
+    /// May end the motion.
+    pub stop: &'a dyn Watch,
 }
 
 struct Tape<'a> {
@@ -575,10 +576,7 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
     }
 
     fn progress(&mut self, _: f64, _: &SystemLocation) -> ControlFlow<()> {
-        match (self.wanted.stop)() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(self.wanted.stop.stopped())
     }
 }
 

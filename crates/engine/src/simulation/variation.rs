@@ -5,13 +5,13 @@ use super::simulate::{SystemStart, prepared};
 use super::state_readings::StateReadings;
 use crate::hybrid::RunError;
 use crate::simulation::observer::Recording;
-use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, automaton};
+use crate::simulation::{Method, OutputOptions, RunFailure, RunReport, SolverOptions, automaton};
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::System;
 use stickslip_system::record::{Event, EventDigest, NoRecorder};
+use stickslip_system::watch::Watch;
 
 /// A system with one parameter moved.
 pub struct MovedSystem {
@@ -88,7 +88,7 @@ pub fn variation(
     numbers: &[MovedCases],
     solver: &SolverOptions,
     output: &OutputOptions,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<Variation, Box<RunFailure>> {
     let solver = SolverOptions {
         method: Method::Series,
@@ -117,7 +117,7 @@ pub fn variation(
     };
     let digest = EventDigest::new(None);
     let mut nobody = NoRecorder;
-    let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, control, &start);
+    let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, watch, &start);
     let (result, report): (Result<(), RunError>, RunReport) =
         automaton(&dynamics, &mut rules, start, &solver, output, recording);
     let report = report.ended(result)?;

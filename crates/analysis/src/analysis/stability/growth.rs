@@ -2,7 +2,7 @@
 
 use super::sliding_path::Slowing;
 use serde::Serialize;
-use std::cell::Cell;
+use std::sync::OnceLock;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use stickslip_engine::workers::over_processors;
@@ -11,6 +11,7 @@ use stickslip_system::model::KickTime;
 use stickslip_system::model::stability::{FastModes, Forecast};
 use stickslip_system::model::system::{Kick, KickSide, System};
 use stickslip_system::record::{Event, EventDigest, EventKind, Recorder, RecorderError};
+use stickslip_system::watch::Watch;
 
 /// Growth of a perturbation along smooth sliding without a kick, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -179,12 +180,7 @@ pub struct Onset {
 /// First stick of sliding that slows down by itself, for every method and tolerance, up to `end_time` (s). Runs are
 /// made without a kick, and with the system's kicks; without such kicks, one of `KICK` at the instability. They use
 /// all processors and end at the first stick. `stop` is polled; the result is `None` if it returns `true`.
-pub fn onsets(
-    trains: &System,
-    solver: &SolverOptions,
-    end_time: f64,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Vec<Onset>> {
+pub fn onsets(trains: &System, solver: &SolverOptions, end_time: f64, stop: &dyn Watch) -> Option<Vec<Onset>> {
     let (mut without, mut with) = (trains.clone(), trains.clone());
     without.kicks.clear();
     if with.kicks.is_empty() {
@@ -214,20 +210,20 @@ pub fn onsets(
         // A failure after the first stick does not matter. Before it, there is no stick.
         let _ = Run::of_system(trains, 0.0, &solver, &output)
             .record(&mut recorder)
-            .stop(|| stop() || first.0.get().is_some())
+            .watch(&|| stop.stopped() || first.0.get().is_some())
             .start();
         Onset {
             method: method.name(),
             rtol,
             kicked,
-            first_stick: first.0.get(),
+            first_stick: first.0.get().copied(),
         }
     });
-    (!stop()).then_some(found)
+    (!stop.stopped()).then_some(found)
 }
 
 #[derive(Debug, Default)]
-struct FirstStick(Cell<Option<f64>>);
+struct FirstStick(OnceLock<f64>);
 
 impl Recorder for &FirstStick {
     fn stores_motion(&self) -> bool {
@@ -235,8 +231,8 @@ impl Recorder for &FirstStick {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        if event.kind == EventKind::Stick && self.0.get().is_none() {
-            self.0.set(Some(event.time));
+        if event.kind == EventKind::Stick {
+            self.0.get_or_init(|| event.time);
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use super::sliding_path::Slowing;
 use super::states::{at_start, critical_speeds};
 use serde::Serialize;
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_engine::hybrid::RunError;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{OutputOptions, RunReport, SolverOptions, natural_period};
@@ -16,8 +17,7 @@ use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::stability::fast_growth_rate;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::numerics::bisection::bisect;
-use stickslip_system::record::State;
-use stickslip_system::watch::go_on_unless;
+use stickslip_system::record::{Event, Recorder, RecorderError, Sample, State};
 
 const CURVE: usize = 201;
 
@@ -366,8 +366,11 @@ fn damping_curve(
 
 fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) -> (RunReport, Option<RunError>) {
     let output = OutputOptions::at_the_ends(end_time);
+    let stuck = Stuck::default();
+    let mut recorder = &stuck;
     let result = Run::of_system(trains, 0.0, solver, &output)
-        .control(|progress| go_on_unless(progress.mode == Mode::Stick))
+        .record(&mut recorder)
+        .watch(&|| stuck.0.load(Ordering::Relaxed))
         .start();
     match result {
         // Smooth sliding is examined to the end of the case, beyond the stop of this run.
@@ -376,6 +379,32 @@ fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) ->
             (report, None)
         }
         Err(failure) => (failure.report, Some(failure.error)),
+    }
+}
+
+/// Whether the contact sticks at the last sample or event.
+#[derive(Debug, Default)]
+struct Stuck(AtomicBool);
+
+impl Stuck {
+    fn set(&self, mode: Mode) {
+        self.0.store(mode == Mode::Stick, Ordering::Relaxed);
+    }
+}
+
+impl Recorder for &Stuck {
+    fn stores_motion(&self) -> bool {
+        false
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.set(sample.mode);
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.set(event.mode_after);
+        Ok(())
     }
 }
 
