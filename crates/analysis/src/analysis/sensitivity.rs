@@ -11,7 +11,7 @@ use super::linearised::{Linearised, Slope, by_series, linearise};
 use serde::Serialize;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseNumber, WrittenCase};
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::ErrorKind;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{OutputOptions, RunReport};
 use stickslip_engine::workers::over_processors;
@@ -301,7 +301,7 @@ fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Watch) -> Result<Outrun
         .watch(stop)
         .start();
     let report = match ended {
-        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
+        Err(failure) if failure.error.kind == ErrorKind::TooManySteps => return Err(NoRun::TooLong),
         Err(failure) => return Err(NoRun::Failed(failure.to_string())),
         Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
         Ok(report) => report,

@@ -7,7 +7,7 @@ pub use super::sequence::{OtherStability, Sequence};
 use super::warning::Warning;
 use serde::Serialize;
 use stickslip_case::Case;
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::ErrorKind;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use stickslip_files::schema::{WITNESS_TIME, group};
@@ -231,7 +231,7 @@ fn witness_by(
         match ended {
             Ok(report) if report.interrupted => return None,
             Ok(_) => Testimony::SameSequence,
-            Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => Testimony::LeftOut,
+            Err(failure) if failure.error.kind == ErrorKind::TooManySteps => Testimony::LeftOut,
             Err(_) => Testimony::Failed,
         }
     };

@@ -1,8 +1,8 @@
 //! Solver and tolerances of each location of a system.
 
-use super::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use super::expansion::Expansion;
 use super::regime::{Regimes, Steps, Stride};
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::simulation::options::{Method, SolverOptions};
 use crate::sundials::{CvodeOptions, ShortSteps, Tolerances};

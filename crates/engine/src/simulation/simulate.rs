@@ -1,14 +1,15 @@
 //! A run of a system: solver, output and recording for the automaton.
 
 use super::automaton;
-use super::dynamics::{SystemDynamics, SystemLocation};
 use super::observer::Recording;
 use super::options::{Method, OutputOptions, SolverOptions};
 use super::plan::SystemPlan;
 use super::report::{RunFailure, RunReport};
 use super::rules::SystemRules;
 use super::state_readings::{self, Further, StateReadings};
-use crate::hybrid::{RunError, Start};
+use crate::Error;
+use crate::hybrid::Start;
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
@@ -119,16 +120,13 @@ pub struct Simulation<'a> {
     pub further: bool,
 }
 
-/// Start of a run of a system.
-pub(super) type SystemStart = Start<SystemLocation>;
-
 /// Equations, rules and start of a run: at t = 0, or as in [`simulate_from`]. The threshold is in rad/s.
 pub(super) fn prepared(
     (system, threshold): (&System, f64),
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end: f64,
-) -> (Arc<SystemDynamics>, SystemRules, SystemStart) {
+) -> (Arc<SystemDynamics>, SystemRules, Start) {
     let dynamics = Arc::new(SystemDynamics::new(system, threshold));
     let (time, mut state) = match from {
         Some((time, state)) => (time, state.to_vec()),
@@ -193,11 +191,11 @@ pub fn simulate_from(
     watch: &dyn Watch,
 ) -> Result<RunReport, Box<RunFailure>> {
     if output.end_time.is_nan() || output.end_time < 0.0 {
-        let error = RunError::Refused("a run cannot end before t = 0; give a later end time");
+        let error = Error::refused("a run cannot end before t = 0; give a later end time");
         return RunReport::default().ended(Err(error));
     }
     if solver.method == Method::Rk4 && solver.fixed_step.is_none() {
-        let error = RunError::Refused("method \"rk4\" has no step control; give the length of its steps, solver.step");
+        let error = Error::refused("method \"rk4\" has no step control; give the length of its steps, solver.step");
         return RunReport::default().ended(Err(error));
     }
     let system = problem.system;

@@ -1,9 +1,10 @@
 //! Derivatives of a run's events by parameters of its case.
 
 use super::carried::{Carried, CarryingRules, MovedCopy, Passage, VariationColumn};
-use super::simulate::{SystemStart, prepared};
+use super::simulate::prepared;
 use super::state_readings::StateReadings;
-use crate::hybrid::RunError;
+use crate::Error;
+use crate::hybrid::Start;
 use crate::simulation::observer::Recording;
 use crate::simulation::{Method, OutputOptions, RunFailure, RunReport, SolverOptions, automaton};
 use nalgebra::DVector;
@@ -52,7 +53,7 @@ pub(super) fn moved_number(
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end_time: f64,
-) -> (VariationColumn, Vec<SystemStart>) {
+) -> (VariationColumn, Vec<Start>) {
     let copy = |copy: &MovedSystem| {
         let (dynamics, rules, start) = prepared((&copy.system, copy.threshold), from, solver, end_time);
         let moved = MovedCopy::new((dynamics, rules), copy.weight, copy.bend);
@@ -118,7 +119,7 @@ pub fn variation(
     let digest = EventDigest::new(None);
     let mut nobody = NoRecorder;
     let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, watch, &start);
-    let (result, report): (Result<(), RunError>, RunReport) =
+    let (result, report): (Result<(), Error>, RunReport) =
         automaton(&dynamics, &mut rules, start, &solver, output, recording);
     let report = report.ended(result)?;
     drop(rules);

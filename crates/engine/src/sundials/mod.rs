@@ -7,7 +7,7 @@
 //! | `Esdirk` | ARKODE's ARKStep | an implicit Runge-Kutta method for stiff systems |
 //!
 //! A user implements [`OdeSystem`], makes a [`Solver`] with a method, sets crossings, and calls
-//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`SolverError`] has the C function, the flag's
+//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`Error`] has the C function, the flag's
 //! name, the time, SUNDIALS' message, and the callback value that caused it.
 //!
 //! - A panic in a callback does not unwind through C: it is resumed in Rust, out of `advance`.
@@ -22,17 +22,17 @@
 mod callbacks;
 mod context;
 mod core;
-mod error;
 mod ffi;
 mod flags;
 mod method;
 mod newton;
+mod non_finite;
 mod solver;
 mod tables;
 
-pub use error::{Callback, Failure, NonFinite, SolverError};
 pub use flags::{Flag, FlagFamily};
 pub use method::{CvodeOptions, Multistep, Nonlinear, ShortSteps, SolverMethod};
+pub use non_finite::{Callback, NonFinite};
 pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable};
 

@@ -8,7 +8,7 @@ use super::states::{at_start, critical_speeds};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::Error;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{OutputOptions, RunReport, SolverOptions, natural_period};
 use stickslip_system::friction::{FrictionLaw, Law};
@@ -364,7 +364,7 @@ fn damping_curve(
     (0..CURVE).map(|k| at(end * k as f64 / (CURVE - 1) as f64)).collect()
 }
 
-fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) -> (RunReport, Option<RunError>) {
+fn run_to_first_stick(trains: &System, solver: &SolverOptions, end_time: f64) -> (RunReport, Option<Error>) {
     let output = OutputOptions::at_the_ends(end_time);
     let stuck = Stuck::default();
     let mut recorder = &stuck;
