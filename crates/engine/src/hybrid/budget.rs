@@ -16,13 +16,15 @@ const SEARCH: u32 = 5000;
 /// later.
 const MOST_RESTARTS: f64 = 1e10;
 
+const CHATTER_COUNT: usize = 32;
+
 /// Limits that end a run without progress.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// Largest number of counted transitions.
+    /// Largest number of events of the sequence.
     pub max_events: usize,
-    /// Counted transitions within [`Rules::chatter_window`](super::Rules::chatter_window) that mean chattering.
-    pub chatter_count: usize,
+    /// Time (s) within which 32 events of the sequence are chattering.
+    pub chatter_window: f64,
     /// Largest number of solver steps.
     pub max_steps: Option<u64>,
     /// The run fails if the pace of a segment predicts more steps than this.
@@ -49,7 +51,7 @@ impl StepBudget {
             limits,
             end_time,
             transitions: 0,
-            recent: VecDeque::with_capacity(limits.chatter_count + 1),
+            recent: VecDeque::with_capacity(CHATTER_COUNT + 1),
             steps: 0,
             came_to: start,
             idle: 0,
@@ -59,16 +61,16 @@ impl StepBudget {
         }
     }
 
-    pub(super) fn transition(&mut self, place: ErrorPlace, window: f64, guard: &str) -> Result<(), Error> {
+    pub(super) fn transition(&mut self, place: ErrorPlace, guard: &str) -> Result<(), Error> {
         self.transitions += 1;
         if self.transitions > self.limits.max_events {
             return Err(place.too_many_events(self.limits.max_events, guard));
         }
         self.recent.push_back(place.time);
-        if self.recent.len() > self.limits.chatter_count {
+        if self.recent.len() > CHATTER_COUNT {
             self.recent.pop_front();
             let taken = place.time - self.recent[0];
-            if taken < window {
+            if taken < self.limits.chatter_window {
                 let within = match taken > 0.0 {
                     true => format!(": {} transitions within {taken:.1e} s", self.recent.len()),
                     false => format!(": {} transitions at one instant", self.recent.len()),

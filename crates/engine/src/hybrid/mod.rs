@@ -104,12 +104,6 @@ pub trait Rules {
     fn engine(&self, _kind: &SolverKind) -> Option<Box<dyn Engine>> {
         None
     }
-
-    /// Whether a transition counts against the budget and for the chattering test.
-    fn counts(&self, kind: EventKind) -> bool;
-
-    /// Time (s) within which [`Limits::chatter_count`] transitions are chattering.
-    fn chatter_window(&self) -> f64;
 }
 
 /// A segment that has ended.

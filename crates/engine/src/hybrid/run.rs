@@ -273,9 +273,8 @@ impl HybridRun<'_> {
                     (&transition.location, &transition.state[..]),
                 );
                 self.observer.event(self.time, kind, before, after)?;
-                if self.rules.counts(kind) {
-                    let (place, window) = (self.place(self.time), self.rules.chatter_window());
-                    self.budget.transition(place, window, guard)?;
+                if kind.in_event_sequence() {
+                    self.budget.transition(self.place(self.time), guard)?;
                 }
             }
             self.location = transition.location;

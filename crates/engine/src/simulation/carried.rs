@@ -696,14 +696,6 @@ impl Rules for CarryingRules {
             place: None,
         }))
     }
-
-    fn counts(&self, kind: EventKind) -> bool {
-        self.own.counts(kind)
-    }
-
-    fn chatter_window(&self) -> f64 {
-        self.own.chatter_window()
-    }
 }
 
 struct CarryingEngine {

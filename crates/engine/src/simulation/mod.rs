@@ -72,12 +72,9 @@ use observer::Recording;
 use state_readings::StateReadings;
 use std::sync::Arc;
 
-/// This many transitions within a twentieth of the natural period are chattering.
-const CHATTER_COUNT: usize = 32;
-
 fn automaton(
     dynamics: &Arc<SystemDynamics>,
-    rules: &mut dyn Rules,
+    (rules, chatter_window): (&mut dyn Rules, f64),
     start: Start,
     solver: &SolverOptions,
     output: &OutputOptions,
@@ -87,7 +84,7 @@ fn automaton(
     let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
     let limits = Limits {
         max_events: solver.max_events,
-        chatter_count: CHATTER_COUNT,
+        chatter_window,
         max_steps: solver.max_steps.map(|steps| steps as u64),
         foreseen_steps: foresee.then_some(FORESEEN_STEPS),
     };

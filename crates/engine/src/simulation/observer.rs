@@ -238,16 +238,7 @@ impl<'a, R: Readings> Recording<'a, R> {
             mode: location.mode,
             solver,
             resolved: Some(location.resolved),
-            steps: c.steps,
-            rhs_evaluations: c.rhs_evaluations,
-            jacobian_evaluations: c.jacobian_evaluations,
-            linear_solver_setups: c.linear_solver_setups,
-            error_test_failures: c.error_test_failures,
-            nonlinear_iterations: c.nonlinear_iterations,
-            nonlinear_convergence_failures: c.nonlinear_convergence_failures,
-            root_evaluations: c.root_evaluations,
-            last_order: c.last_order,
-            last_step: c.last_step,
+            counters: *c,
         };
         self.recorder.segment(&segment).map_err(Error::recorder)
     }

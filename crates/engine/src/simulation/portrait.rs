@@ -223,7 +223,7 @@ pub fn portrait(system: &System, threshold: f64, section: &Section, period: f64)
     };
     let limits = Limits {
         max_events: 10_000,
-        chatter_count: super::CHATTER_COUNT,
+        chatter_window: rules.chatter_window(),
         max_steps: None,
         foreseen_steps: Some(super::FORESEEN_STEPS),
     };

@@ -131,6 +131,12 @@ impl SystemRules {
         location
     }
 
+    /// A twentieth of the natural period, s.
+    pub fn chatter_window(&self) -> f64 {
+        // Chains without a spring have no period of their own.
+        (0.05 * self.plan.period).min(CHATTER_SHARE * self.end_time)
+    }
+
     fn plan_steps(&mut self, location: &mut SystemLocation, t: f64, y: &[f64]) {
         if let Some(regimes) = &mut self.regimes {
             regimes.enter(location, t, y);
@@ -504,14 +510,5 @@ impl Rules for SystemRules {
             SolverKind::Rk4 => Some(Box::new(FixedSteps::new(self.dynamics.clone()))),
             _ => None,
         }
-    }
-
-    fn counts(&self, kind: EventKind) -> bool {
-        kind.in_event_sequence()
-    }
-
-    fn chatter_window(&self) -> f64 {
-        // Chains without a spring have no period of their own.
-        self.plan.chatter_window().min(CHATTER_SHARE * self.end_time)
     }
 }

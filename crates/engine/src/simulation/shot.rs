@@ -650,7 +650,7 @@ pub fn shoot(
     };
     let limits = Limits {
         max_events,
-        chatter_count: super::CHATTER_COUNT,
+        chatter_window: rules.chatter_window(),
         max_steps: Some(max_steps),
         foreseen_steps: None,
     };

@@ -218,7 +218,8 @@ pub fn simulate_from(
     let periods = (dynamics.natural_period().unwrap_or(shortest), shortest);
     recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);
     recording.begin_at(time);
-    let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
+    let window = rules.chatter_window();
+    let (result, mut report) = automaton(&dynamics, (&mut rules, window), start, solver, output, recording);
     report.stopped_smoothly = rules.stopped_smoothly;
     report.one_sided_test = system.breakaway_test != BreakawayTest::Transmitted;
     report.count_kicks(system.kicks.len(), rules.waiting_kicks.len());

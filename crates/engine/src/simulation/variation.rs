@@ -111,6 +111,7 @@ pub fn variation(
     }
     let carried = Carried::new(dynamics.clone(), output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));
+    let window = rules.chatter_window();
     let mut rules = CarryingRules::new(rules, carried.clone());
     let readings = StateReadings {
         dynamics: &dynamics,
@@ -120,7 +121,7 @@ pub fn variation(
     let mut nobody = NoRecorder;
     let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, watch, &start);
     let (result, report): (Result<(), Error>, RunReport) =
-        automaton(&dynamics, &mut rules, start, &solver, output, recording);
+        automaton(&dynamics, (&mut rules, window), start, &solver, output, recording);
     let report = report.ended(result)?;
     drop(rules);
     let carried = Arc::into_inner(carried).map(|carried| carried.into_inner().unwrap_or_else(PoisonError::into_inner));

@@ -36,6 +36,8 @@ pub use non_finite::{Callback, NonFinite};
 pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable};
 
+pub use stickslip_system::record::Counters;
+
 use stickslip_system::numerics::band::BandMut;
 
 /// Version of the linked SUNDIALS library, such as `7.1.1` (`SUNDIALS_VERSION`).
@@ -153,32 +155,4 @@ impl Tolerances {
             absolute: vec![absolute; dimension],
         }
     }
-}
-
-/// Work since the start or the last restart.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Counters {
-    /// Accepted steps. (`CVodeGetNumSteps`)
-    pub steps: u64,
-    /// Calls of [`OdeSystem::rhs`], including differences for Jacobians. (`CVodeGetNumRhsEvals` +
-    /// `CVodeGetNumLinRhsEvals`)
-    pub rhs_evaluations: u64,
-    /// New Jacobians, by [`OdeSystem::jacobian`], [`OdeSystem::band_jacobian`] or differences. (`CVodeGetNumJacEvals`)
-    pub jacobian_evaluations: u64,
-    /// Factorisations of the Newton matrix. (`CVodeGetNumLinSolvSetups`)
-    pub linear_solver_setups: u64,
-    /// Steps refused by the error test. (`CVodeGetNumErrTestFails`)
-    pub error_test_failures: u64,
-    /// Newton or fixed-point iterations. (`CVodeGetNumNonlinSolvIters`)
-    pub nonlinear_iterations: u64,
-    /// Iterations that did not converge. (`CVodeGetNumNonlinSolvConvFails`)
-    pub nonlinear_convergence_failures: u64,
-    /// Calls of [`OdeSystem::roots`]. (`CVodeGetNumGEvals`)
-    pub root_evaluations: u64,
-    /// Order of the last step; 0 before the first step. (`CVodeGetLastOrder`; fixed for a Runge-Kutta method)
-    pub last_order: u32,
-    /// Length of the last step; 0 before the first step. (`CVodeGetLastStep`)
-    pub last_step: f64,
-    /// Length of the next step. (`CVodeGetCurrentStep`)
-    pub current_step: f64,
 }

@@ -563,10 +563,6 @@ impl<S: OdeSystem> Solver<S> {
         either!(self, CVodeGetNumSteps | ARKodeGetNumSteps(&mut steps))?;
         either!(self, CVodeGetNumErrTestFails | ARKodeGetNumErrTestFails(&mut failures))?;
         either!(self, CVodeGetLastStep | ARKodeGetLastStep(&mut counters.last_step))?;
-        either!(
-            self,
-            CVodeGetCurrentStep | ARKodeGetCurrentStep(&mut counters.current_step)
-        )?;
         match self.memory.kind {
             SolverFamily::Cvode => {
                 call!(self, Cvode, CVodeGetNumRhsEvals(&mut rhs))?;
