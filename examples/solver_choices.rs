@@ -6,11 +6,10 @@
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrixViewMut;
-use stickslip::sundials::{
-    AdvanceTarget, Advanced, ErkTable, OdeSystem, Solver, SolverError, SolverMethod, Tolerances,
-};
+use stickslip::engine::Error;
+use stickslip::sundials::{AdvanceTarget, Advanced, ErkTable, OdeSystem, Solver, SolverMethod, Tolerances};
 
-fn main() -> Result<(), SolverError> {
+fn main() -> Result<(), Error> {
     println!("x'' = -x, 20 steps in a period, one period, largest error of x and x'");
     for table in [ErkTable::Fehlberg13s78, ErkTable::Verner13s78] {
         let (at_steps, between) = dense_output(table)?;
@@ -49,7 +48,7 @@ fn error(t: f64, y: &[f64]) -> f64 {
 }
 
 /// The largest errors at the ends of the steps, and at nine points inside each.
-fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
+fn dense_output(table: ErkTable) -> Result<(f64, f64), Error> {
     let step = TAU / 20.0;
     let options = SolverMethod::Erk {
         table,
@@ -78,7 +77,7 @@ fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
 }
 
 /// The largest error over a run with many stop times, for each of which a step is cut, and the number of steps.
-fn stopped(trust_convergence_rate: bool) -> Result<(f64, u64), SolverError> {
+fn stopped(trust_convergence_rate: bool) -> Result<(f64, u64), Error> {
     let options = SolverMethod::Esdirk {
         fixed_step: None,
         trust_convergence_rate,

@@ -57,7 +57,7 @@ pub use error::Error;
 pub use stickslip_analysis::{analysis, calibrate, continuation, cycle, provenance, sweep};
 pub use stickslip_case as case;
 pub use stickslip_compare as compare;
-pub use stickslip_engine::{hybrid, simulation, sundials};
+pub use stickslip_engine::{self as engine, hybrid, simulation, sundials};
 pub use stickslip_files as results;
 pub use stickslip_oracle as oracle;
 pub use stickslip_system::{friction, model, numerics, record, signal};

@@ -6,10 +6,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind, panic_any};
 use std::rc::Rc;
 
 use nalgebra::DMatrixViewMut;
+use stickslip::engine::{Error, ErrorKind};
 use stickslip::numerics::band::BandMut;
 use stickslip::sundials::{
-    AdvanceTarget, Advanced, CvodeOptions, Direction, ErkTable, Multistep, Nonlinear, OdeSystem, Solver, SolverError,
-    SolverMethod, Tolerances,
+    AdvanceTarget, Advanced, CvodeOptions, Direction, ErkTable, Multistep, Nonlinear, OdeSystem, Solver, SolverMethod,
+    Tolerances,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +142,10 @@ fn explode(mut solver: Solver<Grenade>) {
     solver.system_mut().place = Where::Nowhere;
     assert!(matches!(
         solver.advance(100.0, AdvanceTarget::Normal),
-        Err(SolverError::NotRestarted { .. })
+        Err(Error {
+            kind: ErrorKind::NotRestarted,
+            ..
+        })
     ));
     solver.restart(0.0, &[1.0]).unwrap();
     assert_eq!(solver.advance(1.0, AdvanceTarget::Normal).unwrap(), Advanced::Reached);

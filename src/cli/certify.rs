@@ -18,6 +18,7 @@ use stickslip_analysis::{GivenCase, overrides};
 use stickslip_case::{Case, Origin};
 use stickslip_files::Overwrite;
 use stickslip_system::model::margin::resistance;
+use stickslip_system::watch::Watch;
 
 pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<CommandEnd, Error> {
     let path = Path::new(&options.case);
@@ -106,7 +107,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
     }
 }
 
-fn draw(case: &Case, target: &FigureOutput, stop: &(dyn Fn() -> bool + Sync)) -> Result<Option<Vec<Onset>>, Error> {
+fn draw(case: &Case, target: &FigureOutput, stop: &dyn Watch) -> Result<Option<Vec<Onset>>, Error> {
     let Some(onsets) = onsets(&case.system, &case.solver, case.output.end_time, stop) else {
         return Ok(None);
     };

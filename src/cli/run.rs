@@ -9,7 +9,7 @@ use crate::report::RunSummary;
 use stickslip_analysis::analysis::{SavedReport, SavedRun, Warning};
 use stickslip_analysis::{GivenCase, overrides};
 use stickslip_case::{Case, Origin};
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::ErrorKind;
 use stickslip_files::Overwrite;
 
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, Error> {
@@ -46,10 +46,9 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<CommandEnd, E
         saved,
     } = result?;
     let warnings: Vec<String> = run.warnings.iter().map(Warning::to_string).collect();
-    let write_error = run.failure.as_ref().and_then(|failure| match &failure.error {
-        RunError::Observer(error) => Some(error.to_string()),
-        _ => None,
-    });
+    let failure = run.failure.as_ref().map(|failure| &failure.error);
+    let write_error = failure.filter(|error| error.kind == ErrorKind::Recorder);
+    let write_error = write_error.map(ToString::to_string);
     let unsaved = unsaved.map(|error| error.to_string());
     let status = if unsaved.is_some() { "failed" } else { run.status.name() };
     let error = unsaved

@@ -553,7 +553,7 @@ fn analytic_long_trains_cost_the_same_in_every_cycle() {
             let cost = |from: f64, to: f64| {
                 let within = recorder.segments.iter().filter(|s| s.start >= from && s.end <= to);
                 let (time, work) = within.fold((0.0, 0), |(time, work), s| {
-                    (time + s.end - s.start, work + s.rhs_evaluations)
+                    (time + s.end - s.start, work + s.counters.rhs_evaluations)
                 });
                 work as f64 / time
             };

@@ -252,7 +252,6 @@ mod sampling {
 }
 
 mod variation {
-    use std::ops::ControlFlow;
     use stickslip::Run;
     use stickslip::case::{Case, CaseSource, Override, WrittenCase};
     use stickslip::record::MemoryRecorder;
@@ -294,14 +293,7 @@ mod variation {
                 });
             }
             let output = OutputOptions::at_the_ends(case.output.end_time);
-            let found = variation(
-                (&case.system, case.threshold),
-                &columns,
-                &case.solver,
-                &output,
-                &mut |_| ControlFlow::Continue(()),
-            )
-            .unwrap();
+            let found = variation((&case.system, case.threshold), &columns, &case.solver, &output, &()).unwrap();
             let times = |path: &str, value: f64| -> Vec<f64> {
                 let case = moved(path, value).unwrap();
                 let solver = SolverOptions {

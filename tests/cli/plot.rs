@@ -4,11 +4,12 @@ use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, says};
 use crate::common::rows;
 use crate::common::unlocked;
+use std::fmt::Arguments;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
-use stickslip::Run;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status};
+use stickslip::{Run, Watch, go_on_unless};
 
 fn with_run() -> Folder {
     let folder = Folder::new();
@@ -303,21 +304,24 @@ fn header() -> Header {
     }
 }
 
+/// Ends a run after this time, s.
+struct Until(f64);
+
+impl Watch for Until {
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    fn at(&self, done: f64, _: f64, _: Arguments<'_>) -> ControlFlow<()> {
+        go_on_unless(done > self.0)
+    }
+}
+
 /// Writes the state of a run of the paper's brake that was interrupted at `stop` (s).
 fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
     let case = built_in("paper", &[]);
     let mut writer = ResultWriter::create(path, Overwrite::OwnResults, &[], &header()).unwrap();
-    Run::new(&case)
-        .record(&mut writer)
-        .control(|progress| {
-            if progress.time > stop {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        })
-        .start()
-        .unwrap();
+    Run::new(&case).record(&mut writer).watch(&Until(stop)).start().unwrap();
     writer
         .finish(Status::Interrupted, &crate::common::results::stick_slip(), 0.1)
         .unwrap()

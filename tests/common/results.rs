@@ -4,7 +4,7 @@ use std::path::Path;
 
 use libtest_mimic::{Completion, Failed};
 use stickslip::model::Mode;
-use stickslip::record::{Channels, Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
+use stickslip::record::{Channels, Counters, Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 use stickslip::results::{AttributeValue, Extra, Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
 pub use stickslip::record::MemoryRecorder as Rows;
@@ -58,16 +58,18 @@ pub fn segment(number: usize) -> Segment {
         mode: Mode::ALL[number % 4],
         solver: ["cvode-bdf", "cvode-adams", "erk", "esdirk", "closed-form"][number % 5],
         resolved: None,
-        steps,
-        rhs_evaluations: steps * 9,
-        jacobian_evaluations: steps / 10,
-        linear_solver_setups: steps / 5,
-        error_test_failures: steps / 3,
-        nonlinear_iterations: steps * 2,
-        nonlinear_convergence_failures: 1,
-        root_evaluations: 5 << 33,
-        last_order: number as u32 % 6,
-        last_step: 1e-6 / (number as f64 + 1.0),
+        counters: Counters {
+            steps,
+            rhs_evaluations: steps * 9,
+            jacobian_evaluations: steps / 10,
+            linear_solver_setups: steps / 5,
+            error_test_failures: steps / 3,
+            nonlinear_iterations: steps * 2,
+            nonlinear_convergence_failures: 1,
+            root_evaluations: 5 << 33,
+            last_order: number as u32 % 6,
+            last_step: 1e-6 / (number as f64 + 1.0),
+        },
     }
 }
 

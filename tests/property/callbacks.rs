@@ -5,9 +5,9 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra::DMatrixViewMut;
+use stickslip::engine::{Error, ErrorKind};
 use stickslip::sundials::{
-    AdvanceTarget, Callback, CvodeOptions, Direction, ErkTable, OdeSystem, Solver, SolverError, SolverMethod,
-    Tolerances,
+    AdvanceTarget, Callback, CvodeOptions, Direction, ErkTable, OdeSystem, Solver, SolverMethod, Tolerances,
 };
 
 const BAD: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -70,7 +70,7 @@ fn named(solver: &mut Solver<Constants>, callback: Callback, value: f64) -> (usi
     let error = solver
         .advance(1.0, AdvanceTarget::Normal)
         .expect_err("the value is refused");
-    let cause = error.cause().expect("the value is named");
+    let cause = error.cause.expect("the value is named");
     assert_eq!((cause.callback, cause.value.to_bits()), (callback, value.to_bits()));
     (cause.component, cause.column)
 }
@@ -174,7 +174,10 @@ fn property_a_dimension_that_changes_is_a_panic() {
             solver.system_mut().dimension.set(3);
             assert!(matches!(
                 solver.advance(1.0, AdvanceTarget::Normal),
-                Err(SolverError::NotRestarted { .. })
+                Err(Error {
+                    kind: ErrorKind::NotRestarted,
+                    ..
+                })
             ));
             solver.restart(0.0, &[0.0; 3]).unwrap();
             solver.advance(1.0, AdvanceTarget::Normal).unwrap();

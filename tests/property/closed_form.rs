@@ -100,12 +100,7 @@ fn series() -> (SolverKind, f64) {
 }
 
 /// Runs an engine to the end of a segment or to the first guard. Returns the time, the state and the guard.
-fn run(
-    engine: &mut dyn Engine<SystemLocation>,
-    mode: Mode,
-    y: &[f64],
-    span: f64,
-) -> (f64, Vec<f64>, Option<usize>, u32) {
+fn run(engine: &mut dyn Engine, mode: Mode, y: &[f64], span: f64) -> (f64, Vec<f64>, Option<usize>, u32) {
     let (kind, relative) = series();
     let chosen = ChosenSolver {
         kind,

@@ -112,8 +112,7 @@ fn property_no_run_ends_before_it_begins() {
     };
     let solver = SolverOptions::default();
     let mut recorder = stickslip::record::NoRecorder;
-    let mut go_on = |_| std::ops::ControlFlow::Continue(());
-    let failure = simulate(problem, &solver, &output, &mut recorder, &mut go_on).unwrap_err();
+    let failure = simulate(problem, &solver, &output, &mut recorder, &()).unwrap_err();
     assert!(failure.to_string().contains("before t = 0"), "{failure}");
 }
 

@@ -58,19 +58,18 @@ mod input {
 }
 
 mod report {
-    use stickslip::hybrid::RunError;
+    use stickslip::engine::{Error, ErrorKind};
     use stickslip::simulation::{RunFailure, RunReport};
 
     /// The breakaway test is blamed only if it can be the cause.
     #[test]
     fn property_a_remedy_is_of_the_breakaway_test_that_chatters() {
         let said = |one_sided_test: bool| {
-            let error = RunError::Chattering {
+            let error = Error {
+                kind: ErrorKind::Chattering,
                 time: 1.0,
-                count: 100,
-                window: 1e-6,
-                location: "mode stick".to_owned(),
-                guard: "breakaway".to_owned(),
+                message: "chattering at t = 1 s".to_owned(),
+                cause: None,
             };
             let report = RunReport {
                 one_sided_test,

@@ -48,11 +48,11 @@ fn hold_sequence(recorder: &MemoryRecorder) {
     let mut end = 0.0;
     for segment in &recorder.segments {
         assert_eq!((segment.start, segment.solver), (end, "paper"));
-        assert!(segment.end > segment.start && segment.steps > 0);
+        assert!(segment.end > segment.start && segment.counters.steps > 0);
         end = segment.end;
-        let mean = (segment.end - segment.start) / segment.steps as f64;
+        let mean = (segment.end - segment.start) / segment.counters.steps as f64;
         // A step that ends at a kick or at the end of the run may be shorter.
-        let least = (segment.steps - 1) as f64 * STEPS.0;
+        let least = (segment.counters.steps - 1) as f64 * STEPS.0;
         assert!(mean <= STEPS.1 * (1.0 + 1e-9) && segment.end - segment.start >= least * (1.0 - 1e-6));
     }
     assert!(recorder.samples.windows(2).all(|pair| pair[0].time < pair[1].time));

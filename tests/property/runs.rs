@@ -298,5 +298,5 @@ fn property_samples_cost_series_no_steps() {
     assert!(few.samples.len() < 10 && many.samples.len() > 100_000);
     assert_eq!(few.segments, many.segments);
     assert_eq!(few.events, many.events);
-    assert!(few.segments.iter().map(|segment| segment.steps).sum::<u64>() > 500);
+    assert!(few.segments.iter().map(|segment| segment.counters.steps).sum::<u64>() > 500);
 }

@@ -2,6 +2,7 @@
 
 use crate::common::cases::{built_in, near, recorded};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use stickslip::Watch;
 use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{
     Affected, CaseSensitivities, RerunOutcome, Sensitivities, Sensitivity, sensitivities as of_case,
@@ -33,7 +34,7 @@ fn events(case: &Case) -> Vec<Event> {
     recorder.events
 }
 
-fn found(case: &WrittenCase, events: &[Event], stop: &(dyn Fn() -> bool + Sync)) -> Result<CaseSensitivities, String> {
+fn found(case: &WrittenCase, events: &[Event], stop: &dyn Watch) -> Result<CaseSensitivities, String> {
     of_case(case, None, events, events.len(), stop)
 }
 

@@ -32,14 +32,14 @@ fn counters(case: &str, method: Method) -> String {
         let segments: Vec<&Segment> = recorder.segments.iter().filter(|s| s.solver == solver).collect();
         writeln!(text, "{solver}: {} segments", segments.len()).unwrap();
         let counts: [(&str, Counter); 8] = [
-            ("steps", |s| s.steps),
-            ("right-hand sides", |s| s.rhs_evaluations),
-            ("Jacobians", |s| s.jacobian_evaluations),
-            ("linear solver setups", |s| s.linear_solver_setups),
-            ("refused steps", |s| s.error_test_failures),
-            ("nonlinear iterations", |s| s.nonlinear_iterations),
-            ("nonlinear failures", |s| s.nonlinear_convergence_failures),
-            ("guard evaluations", |s| s.root_evaluations),
+            ("steps", |s| s.counters.steps),
+            ("right-hand sides", |s| s.counters.rhs_evaluations),
+            ("Jacobians", |s| s.counters.jacobian_evaluations),
+            ("linear solver setups", |s| s.counters.linear_solver_setups),
+            ("refused steps", |s| s.counters.error_test_failures),
+            ("nonlinear iterations", |s| s.counters.nonlinear_iterations),
+            ("nonlinear failures", |s| s.counters.nonlinear_convergence_failures),
+            ("guard evaluations", |s| s.counters.root_evaluations),
         ];
         for (name, count) in counts {
             let sum: u64 = segments.iter().map(|s| count(s)).sum();

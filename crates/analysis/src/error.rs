@@ -1,8 +1,6 @@
 //! The error of this crate.
 
 use stickslip_case::CaseError;
-use stickslip_engine::hybrid::RunError;
-use stickslip_engine::simulation::ShotError;
 use stickslip_files::ResultError;
 use stickslip_oracle::OracleError;
 
@@ -88,17 +86,11 @@ impl From<ResultError> for Error {
     }
 }
 
-impl From<RunError> for Error {
-    fn from(error: RunError) -> Error {
-        Error::computation(format!("the motion could not be followed: {error}"))
-    }
-}
-
-impl From<ShotError> for Error {
-    fn from(error: ShotError) -> Error {
-        match error {
-            ShotError::Interrupted => Error::interrupted(),
-            ShotError::Run(error) => error.into(),
+impl From<stickslip_engine::Error> for Error {
+    fn from(error: stickslip_engine::Error) -> Error {
+        match error.kind {
+            stickslip_engine::ErrorKind::Interrupted => Error::interrupted(),
+            _ => Error::computation(format!("the motion could not be followed: {error}")),
         }
     }
 }

@@ -6,7 +6,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
-//! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the equations |
+//! | [`hybrid`] | the event automaton: modes, guards, transitions, engines |
 //! | [`simulation`] | runs of a system by the automaton: choice of the engines, samples, events |
 //! | [`run`] | one run of a system, and its recording |
 //! | [`workers`] | the pool of threads for independent jobs |
@@ -98,13 +98,15 @@
 //! solver.set_crossings(&[Direction::Falling])?;
 //! assert_eq!(solver.advance(10.0, AdvanceTarget::Normal)?, Advanced::Roots);
 //! assert!((solver.time() - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
-//! # Ok::<(), stickslip_engine::sundials::SolverError>(())
+//! # Ok::<(), stickslip_engine::Error>(())
 //! ```
 
+mod error;
 pub mod hybrid;
 pub mod run;
 pub mod simulation;
 pub mod sundials;
 pub mod workers;
 
+pub use error::{Error, ErrorKind};
 pub use run::{Run, Runnable};

@@ -1,10 +1,9 @@
 //! Entry point: one run of a system.
 
-use crate::simulation::{self, Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure};
-use std::ops::ControlFlow;
+use crate::simulation::{self, Method, OutputOptions, RunFailure, RunReport, SolverOptions, procedure};
 use stickslip_system::model::system::System;
 use stickslip_system::record::{NoRecorder, Recorder};
-use stickslip_system::watch::go_on_unless;
+use stickslip_system::watch::Watch;
 
 /// A source of a system and its options, such as a case.
 pub trait Runnable {
@@ -27,7 +26,7 @@ pub struct Run<'a> {
     solver: &'a SolverOptions,
     output: &'a OutputOptions,
     recorder: Option<&'a mut dyn Recorder>,
-    control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+    watch: &'a dyn Watch,
 }
 
 impl<'a> Run<'a> {
@@ -58,7 +57,7 @@ impl<'a> Run<'a> {
             solver,
             output,
             recorder: None,
-            control: None,
+            watch: &(),
         }
     }
 
@@ -81,15 +80,10 @@ impl<'a> Run<'a> {
         self
     }
 
-    /// Sets a function that is called now and then during the run; `Break` ends the run in good order.
-    pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
-        self.control = Some(Box::new(control));
+    /// Sets the observer, which learns the time of the run (s) now and then, and may end the run in good order.
+    pub fn watch(mut self, watch: &'a dyn Watch) -> Self {
+        self.watch = watch;
         self
-    }
-
-    /// Sets a function that is called now and then during the run; `true` ends the run in good order.
-    pub fn stop(self, stop: impl Fn() -> bool + 'a) -> Self {
-        self.control(move |_| go_on_unless(stop()))
     }
 
     /// Computes the run from t = 0 to the end time of its output.
@@ -98,18 +92,12 @@ impl<'a> Run<'a> {
     /// Solver failure, chattering, an exhausted budget of events or steps, or an error of the recorder, each with time
     /// and mode, and the report of the run so far.
     pub fn start(self) -> Result<RunReport, Box<RunFailure>> {
-        let mut go_on = |_| ControlFlow::Continue(());
-        let mut control = self.control;
-        let control: &mut dyn FnMut(Progress) -> ControlFlow<()> = match &mut control {
-            Some(control) => control,
-            None => &mut go_on,
-        };
         let mut nobody = NoRecorder;
         let recorder = self.recorder.unwrap_or(&mut nobody);
         let problem = self.problem;
         match self.solver.method {
-            Method::Paper => procedure::run(problem, self.solver, self.output, recorder, control),
-            _ => simulation::simulate(problem, self.solver, self.output, recorder, control),
+            Method::Paper => procedure::run(problem, self.solver, self.output, recorder, self.watch),
+            _ => simulation::simulate(problem, self.solver, self.output, recorder, self.watch),
         }
     }
 }

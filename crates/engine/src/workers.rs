@@ -1,6 +1,7 @@
 //! Thread pool for independent jobs: runs of a ladder, points of a study, reruns.
 
 use std::sync::{Mutex, PoisonError, mpsc};
+use stickslip_system::watch::Watch;
 
 const WAITING: usize = 256;
 
@@ -64,14 +65,10 @@ pub fn in_order<T: Send>(
     results
 }
 
-/// Runs `job(0)`, `job(1)`, ... below `count` over all processors; returns the results in order. Once `stop` is true
-/// no further job starts, and the results of the jobs not started are missing.
-pub fn over_processors<T: Send>(
-    count: usize,
-    stop: &(dyn Fn() -> bool + Sync),
-    job: impl Fn(usize) -> T + Sync,
-) -> Vec<T> {
-    let unless_stopped = |index| (!stop()).then(|| job(index));
+/// Runs `job(0)`, `job(1)`, ... below `count` over all processors; returns the results in order. Once `stop` is
+/// set, no further job starts, and the results of the jobs not started are missing.
+pub fn over_processors<T: Send>(count: usize, stop: &dyn Watch, job: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let unless_stopped = |index| (!stop.stopped()).then(|| job(index));
     in_order(processors(), count, unless_stopped, &mut |_| {})
         .into_iter()
         .flatten()

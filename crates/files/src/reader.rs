@@ -9,7 +9,9 @@ use super::source::{BLOCK, DatasetInfo, FileSource, Holds, Object, uneven};
 use super::table::StoredNumber;
 use super::{ColumnValues, Extra, Reason, ResultError, Status, StickSlipTable};
 use stickslip_system::model::Mode;
-use stickslip_system::record::{Channels, Cycle, Event, EventKind, RecordedChannel, Sample, Segment, State, channel};
+use stickslip_system::record::{
+    Channels, Counters, Cycle, Event, EventKind, RecordedChannel, Sample, Segment, State, channel,
+};
 
 /// Largest number of events, segments or cycles held at once: 0.5 GB of events.
 const MOST_ROWS: usize = 1 << 21;
@@ -316,16 +318,18 @@ impl ResultFile {
                 mode: rows.mode(3, row)?,
                 solver: solver.ok_or_else(|| self.unknown("a segment's solver", code))?.1,
                 resolved: None,
-                steps: rows.count(5, row)?,
-                rhs_evaluations: rows.count(6, row)?,
-                jacobian_evaluations: rows.count(7, row)?,
-                linear_solver_setups: rows.count(8, row)?,
-                error_test_failures: rows.count(9, row)?,
-                nonlinear_iterations: rows.count(10, row)?,
-                nonlinear_convergence_failures: rows.count(11, row)?,
-                root_evaluations: rows.count(12, row)?,
-                last_order: rows.count(13, row)?,
-                last_step: rows.columns[14][row],
+                counters: Counters {
+                    steps: rows.count(5, row)?,
+                    rhs_evaluations: rows.count(6, row)?,
+                    jacobian_evaluations: rows.count(7, row)?,
+                    linear_solver_setups: rows.count(8, row)?,
+                    error_test_failures: rows.count(9, row)?,
+                    nonlinear_iterations: rows.count(10, row)?,
+                    nonlinear_convergence_failures: rows.count(11, row)?,
+                    root_evaluations: rows.count(12, row)?,
+                    last_order: rows.count(13, row)?,
+                    last_step: rows.columns[14][row],
+                },
             })
         };
         all.map(segment).collect()

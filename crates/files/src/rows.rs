@@ -68,21 +68,22 @@ macro_rules! record_rows {
             }
 
             fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+                let work = &segment.counters;
                 let row = [
                     segment.start,
                     segment.end,
                     segment.mode.code().into(),
                     solver_code(segment.solver).into(),
-                    segment.steps as f64,
-                    segment.rhs_evaluations as f64,
-                    segment.jacobian_evaluations as f64,
-                    segment.linear_solver_setups as f64,
-                    segment.error_test_failures as f64,
-                    segment.nonlinear_iterations as f64,
-                    segment.nonlinear_convergence_failures as f64,
-                    segment.root_evaluations as f64,
-                    segment.last_order.into(),
-                    segment.last_step,
+                    work.steps as f64,
+                    work.rhs_evaluations as f64,
+                    work.jacobian_evaluations as f64,
+                    work.linear_solver_setups as f64,
+                    work.error_test_failures as f64,
+                    work.nonlinear_iterations as f64,
+                    work.nonlinear_convergence_failures as f64,
+                    work.root_evaluations as f64,
+                    work.last_order.into(),
+                    work.last_step,
                 ];
                 Ok(self.numbered(SEGMENTS, &row)?)
             }

@@ -8,6 +8,7 @@ use super::warning::{KICK_OPTION, finer};
 use stickslip_case::Case;
 use stickslip_engine::simulation::{Method, SolverOptions};
 use stickslip_oracle::OracleSolution;
+use stickslip_system::watch::Watch;
 
 /// Decimal digits of a double.
 pub const DIGITS_OF_DOUBLE: u32 = 16;
@@ -67,7 +68,7 @@ pub fn shortfall(
     certificate: &Certificate,
     solution: Option<&OracleSolution>,
     digits: u32,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Option<String> {
     if let Some(contradiction) = &certificate.contradiction {
         return Some(format!("{digits} digits were asked for, but {contradiction}"));
@@ -106,7 +107,7 @@ pub fn shortfall(
         let mut candidate = case.clone();
         candidate.solver = solver;
         let reached = digits_of(&candidate, solution, stop);
-        if stop() {
+        if stop.stopped() {
             return Some(format!("{asked}; other settings were not tried to the end"));
         }
         log::debug!("{setting}: {reached} digits");
@@ -181,9 +182,9 @@ fn setting(command: &str, candidate: &SolverOptions, own: &SolverOptions) -> Str
     keys.join(" ")
 }
 
-fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &dyn Watch) -> u32 {
     let finished = run(case, &case.solver, &compared_output(&case.output), stop);
-    if finished.rung.failure.is_some() || stop() {
+    if finished.rung.failure.is_some() || stop.stopped() {
         return 0;
     }
     let events = &finished.recorder.events;

@@ -23,6 +23,7 @@ use std::borrow::Cow;
 use stickslip_case::{Case, WrittenCase};
 use stickslip_engine::simulation::{Excitation, Method, OutputOptions, SolverOptions};
 use stickslip_system::record::{Event, EventKind, MemoryRecorder};
+use stickslip_system::watch::Watch;
 
 /// Neighbours on each side. Two methods can agree by accident at one event, so the largest distance counts.
 const NEIGHBOURS: usize = 4;
@@ -111,7 +112,7 @@ impl Certificate {
 ///
 /// # Errors
 /// The case with its own settings fails, or `stop` returns `true`.
-pub fn certify(case: &Case, result: &MemoryRecorder, stop: &(dyn Fn() -> bool + Sync)) -> Result<Certificate, Error> {
+pub fn certify(case: &Case, result: &MemoryRecorder, stop: &dyn Watch) -> Result<Certificate, Error> {
     certify_until(case, None, result, &Deadline::default(), stop)
 }
 
@@ -120,7 +121,7 @@ pub(super) fn certify_until(
     written: Option<&WrittenCase>,
     result: &MemoryRecorder,
     deadline: &Deadline,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Result<Certificate, Error> {
     let output = match result.samples.is_empty() {
         true => OutputOptions::at_the_ends(case.output.end_time),
@@ -132,7 +133,7 @@ pub(super) fn certify_until(
     };
     // This run serves only to judge a loss of stability.
     let own = can_lose_stability(case).then(|| run(case, &limited(&case.solver), &output, stop));
-    if stop() {
+    if stop.stopped() {
         return Err(Error::interrupted());
     }
     if let Some(failure) = own.as_ref().and_then(|own| own.rung.failure.clone()) {
@@ -155,7 +156,7 @@ pub(super) fn certify_until(
         (ladder, linearised.join())
     });
     let Ladder { runs: ladder, left_out } = ladder;
-    if stop() {
+    if stop.stopped() {
         return Err(Error::interrupted());
     }
     let linearised = match linearised {

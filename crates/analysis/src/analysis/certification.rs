@@ -232,10 +232,10 @@ pub fn of_written(
     certificate: &Certificate,
     events: &[Event],
     deadline: &Deadline,
-    stopped: &(dyn Fn() -> bool + Sync),
+    stopped: &dyn Watch,
 ) -> Result<CaseSensitivities, String> {
-    let given_up = || stopped() || deadline.is_over();
-    let explain = |why| deadline.explain(why, stopped());
+    let given_up = || stopped.stopped() || deadline.is_over();
+    let explain = |why| deadline.explain(why, stopped.stopped());
     let converged = |event: &&CertifiedEvent| event.verdict == Verdict::Converged;
     let count = certificate.events.iter().take_while(converged).count();
     let known = Some(&certificate.linearised).filter(|known| !known.parameters.is_empty());

@@ -8,7 +8,6 @@
 use super::forcing::{forcing_period, harmonics};
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use stickslip_engine::simulation::{
     Course, Method, OutputOptions, RunReport, Section, Simulation, SolverOptions, deviation_weights, natural_period,
     simulate_from,
@@ -139,9 +138,8 @@ impl Motions<'_> {
             max_steps: Some(self.steps),
             ..SolverOptions::default()
         };
-        let mut go_on = |_| ControlFlow::Continue(());
         let output = OutputOptions::at_the_ends(end);
-        let ended = simulate_from(self.problem, Some(from), &solver, &output, states, &mut go_on);
+        let ended = simulate_from(self.problem, Some(from), &solver, &output, states, &());
         let steps = |report: &RunReport| report.work.iter().map(|work| work.steps as usize).sum::<usize>();
         let (taken, arrived) = match &ended {
             Ok(report) => (steps(report), true),

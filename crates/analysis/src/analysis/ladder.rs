@@ -10,6 +10,7 @@ use stickslip_engine::workers::over_processors;
 use stickslip_system::model::margin;
 use stickslip_system::named;
 use stickslip_system::record::{Event, FurtherColumns, MemoryRecorder};
+use stickslip_system::watch::Watch;
 
 /// Methods and tolerances, the finest of each method last. The short runs of `series` at the end fill idle processors.
 pub(crate) const RUNGS: [(Method, f64); 11] = [
@@ -70,12 +71,7 @@ fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
 
 /// Natural periods over which the ladder must resolve the fast mode, if there are many. `own` is the run by the case's
 /// own settings. `series` counts them for the paper's procedure, which cannot tell what it resolves.
-pub(super) fn many_periods(
-    case: &Case,
-    own: &Finished,
-    deadline: &Deadline,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<f64> {
+pub(super) fn many_periods(case: &Case, own: &Finished, deadline: &Deadline, stop: &dyn Watch) -> Option<f64> {
     let periods = if own.method.locates_events() {
         resolved_periods(case, &own.recorder)
     } else {
@@ -128,16 +124,11 @@ impl Finished {
     }
 }
 
-pub(super) fn run(
-    case: &Case,
-    solver: &SolverOptions,
-    output: &OutputOptions,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Finished {
+pub(super) fn run(case: &Case, solver: &SolverOptions, output: &OutputOptions, stop: &dyn Watch) -> Finished {
     let clock = Instant::now();
     let mut recorder = MemoryRecorder::default();
     let run = Run::new(case).solver(solver).output(output).record(&mut recorder);
-    let (report, failure) = match run.stop(stop).start() {
+    let (report, failure) = match run.watch(stop).start() {
         Ok(report) => (report, None),
         Err(failure) => {
             let text = failure.to_string();
@@ -176,7 +167,7 @@ pub(super) fn climb(
     own: Option<Finished>,
     many_periods: Option<f64>,
     deadline: &Deadline,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Ladder {
     let settings = |(method, rtol): (Method, f64)| SolverOptions {
         method,
@@ -231,7 +222,7 @@ pub(super) fn climb(
     let is_alike = |run: &&&Finished| run.rung.agreeing == events && run.rung.events == events;
     let alike = witnesses(&runs, of).iter().filter(is_alike).count();
     let missing = !runs.iter().any(|run| run.method == stand_in);
-    if missing && alike < LEAST_WITNESSES && !stop() {
+    if missing && alike < LEAST_WITNESSES && !stop.stopped() {
         let mut run = run((stand_in, STAND_IN));
         compare(&mut run, result);
         runs.push(run);

@@ -11,7 +11,7 @@ use stickslip_engine::simulation::{
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::System;
 use stickslip_system::record::EventKind;
-use stickslip_system::watch::go_on_unless;
+use stickslip_system::watch::Watch;
 
 pub(super) const RTOL: f64 = 1e-13;
 
@@ -97,7 +97,7 @@ pub(super) fn by_series(case: &Case, max_steps: Option<usize>) -> SolverOptions 
 pub fn linearise(
     written: &WrittenCase,
     max_wall_time: Option<f64>,
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Result<Linearised, Box<RunFailure>> {
     let (case, numbers) = (written.case(), written.numbers());
     let columns: Vec<MovedCases> = numbers
@@ -118,7 +118,7 @@ pub fn linearise(
             ..by_series(case, None)
         },
         &OutputOptions::at_the_ends(case.output.end_time),
-        &mut |_| go_on_unless(stop()),
+        stop,
     )?;
     let excitation = Excitation::new(system);
     let mut largest = vec![0.0f64; numbers.len()];

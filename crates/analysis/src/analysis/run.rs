@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use stickslip_case::Case;
 use stickslip_engine::run::Run;
-use stickslip_engine::simulation::{Progress, RunFailure, RunReport, Section, SolverOptions};
+use stickslip_engine::simulation::{RunFailure, RunReport, Section, SolverOptions};
 use stickslip_files::{
     Addition, FileKind, Header, KeptRows, KeptView, Overwrite, ResultError, ResultWriter, SavedRows, Status,
     StickSlipTable, schema::group,
@@ -68,12 +68,8 @@ pub(crate) fn recorded(
 ) -> Recorded {
     let clock = Instant::now();
     let end_time = case.output.end_time;
-    let control = |Progress { time, mode, events }: Progress| {
-        let what = format_args!("t = {time:.6} s of {end_time} s, {}, {events} events", mode.name());
-        watch.at(time, end_time, what)
-    };
     let mut recurrence = Recurrence::new(&case.system, recorder, keeps_events, Some(end_time));
-    let (report, failure) = match Run::new(case).record(&mut recurrence).control(control).start() {
+    let (report, failure) = match Run::new(case).record(&mut recurrence).watch(watch).start() {
         Ok(report) => (report, None),
         Err(mut failure) => {
             let report = std::mem::take(&mut failure.report);

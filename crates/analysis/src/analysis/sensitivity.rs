@@ -11,7 +11,7 @@ use super::linearised::{Linearised, Slope, by_series, linearise};
 use serde::Serialize;
 use stickslip_case::quantity::Dimension;
 use stickslip_case::{Case, CaseError, CaseNumber, WrittenCase};
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::ErrorKind;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{OutputOptions, RunReport};
 use stickslip_engine::workers::over_processors;
@@ -19,6 +19,7 @@ use stickslip_system::model::system::ContactLaw;
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::named;
 use stickslip_system::record::{CycleStatistics, Event, EventKind, NoRecorder};
+use stickslip_system::watch::Watch;
 
 /// A parameter is nonlinear if slope and rerun differ by more than this fraction of the larger shift.
 pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
@@ -247,11 +248,7 @@ fn agreeing<T: PartialEq>(own: impl Iterator<Item = T>, other: impl Iterator<Ite
 }
 
 /// Fails with the outcome and a remark, or `None` if stopped.
-fn run(
-    case: &Case,
-    max_steps: Option<usize>,
-    stop: &dyn Fn() -> bool,
-) -> Result<Outrun, Option<(RerunOutcome, String)>> {
+fn run(case: &Case, max_steps: Option<usize>, stop: &dyn Watch) -> Result<Outrun, Option<(RerunOutcome, String)>> {
     let solver = by_series(case, max_steps);
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let mut nobody = NoRecorder;
@@ -260,10 +257,10 @@ fn run(
         .solver(&solver)
         .output(&output)
         .record(&mut recurrence)
-        .stop(stop)
+        .watch(stop)
         .start();
     let report = match ended {
-        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => {
+        Err(failure) if failure.error.kind == ErrorKind::TooManySteps => {
             return Err(Some((RerunOutcome::TooLong, "the run takes too long".to_owned())));
         }
         Err(failure) => return Err(Some((RerunOutcome::Failed, format!("the run failed: {failure}")))),
@@ -280,7 +277,7 @@ fn run(
 struct Differentiated<'a> {
     written: &'a WrittenCase,
     linearised: &'a Linearised,
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: &'a dyn Watch,
     base: Outrun,
     /// Index of the last certain event of the contact.
     last: usize,
@@ -295,7 +292,7 @@ pub fn sensitivities(
     known: Option<&Linearised>,
     events: &[Event],
     certain: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Result<CaseSensitivities, String> {
     let numbers = written.numbers();
     let made;
@@ -303,7 +300,7 @@ pub fn sensitivities(
         Some(known) => known,
         None => {
             made = linearise(written, None, stop).map_err(|why| format!("series does not run this case: {why}"))?;
-            if stop() {
+            if stop.stopped() {
                 return Err(INTERRUPTED.to_owned());
             }
             &made
@@ -333,7 +330,7 @@ fn of_result(
     written: &WrittenCase,
     linearised: &Linearised,
     certain: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: &dyn Watch,
 ) -> Option<Sensitivities> {
     // A corner of a signal is not a result.
     let known = &linearised.events[..certain];

@@ -7,7 +7,7 @@ pub use super::sequence::{OtherStability, Sequence};
 use super::warning::Warning;
 use serde::Serialize;
 use stickslip_case::Case;
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::ErrorKind;
 use stickslip_engine::run::Run;
 use stickslip_engine::simulation::{Method, OutputOptions, SolverOptions, natural_period};
 use stickslip_files::schema::{Variable, WITNESS_TIME, group};
@@ -16,6 +16,7 @@ use stickslip_system::model::margin;
 use stickslip_system::model::system::System;
 use stickslip_system::named;
 use stickslip_system::quote::bound;
+use stickslip_system::watch::Watch;
 
 /// Limit of a witness: a second or two for a brake. A limit in steps gives the same report on every machine.
 pub(super) const MOST_STEPS: usize = 1_500_000;
@@ -161,7 +162,7 @@ pub(crate) fn witness_of(method: Method) -> Method {
 /// The tolerance is the case's, but at most the default. Absolute tolerances and fixed steps are not used. A witness
 /// by `series` that disagrees is repeated with finer settings. `stop` is polled; the result is `None` if it returns
 /// `true`.
-pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
+pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Watch) -> Option<Witness> {
     let own = &case.solver;
     let solver = SolverOptions {
         method: witness_of(own.method),
@@ -179,7 +180,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         let again = witness_by(&solver, case, result, noise_determined, stop)?;
         (again.testimony == Testimony::SameSequence && again.agrees(own)).then_some(again)
     });
-    again.or(Some(found)).filter(|_| !stop())
+    again.or(Some(found)).filter(|_| !stop.stopped())
 }
 
 fn witness_by(
@@ -187,7 +188,7 @@ fn witness_by(
     case: &Case,
     result: &Sequence,
     noise_determined: bool,
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Option<Witness> {
     let method = solver.method;
     let output = OutputOptions::at_the_ends(case.output.end_time);
@@ -199,12 +200,12 @@ fn witness_by(
             .solver(solver)
             .output(&output)
             .record(&mut own)
-            .stop(stop)
+            .watch(stop)
             .start();
         match ended {
             Ok(report) if report.interrupted => return None,
             Ok(_) => Testimony::SameSequence,
-            Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => Testimony::LeftOut,
+            Err(failure) if failure.error.kind == ErrorKind::TooManySteps => Testimony::LeftOut,
             Err(_) => Testimony::Failed,
         }
     };
@@ -334,7 +335,7 @@ fn in_words(settings: &SolverOptions, own: &SolverOptions) -> String {
 
 /// First of the [`finer_settings`] with which run and witness agree, and the reason. `None` if none helps, if the
 /// first run agrees or has a budget, or if `stop` returns `true`.
-pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) -> Option<(Case, String)> {
+pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Watch) -> Option<(Case, String)> {
     // A budget leaves no time for another run.
     let budget = case.solver.max_steps.is_some() || case.solver.max_wall_time.is_some();
     if budget || first.agrees(&case.solver) {
@@ -353,7 +354,7 @@ pub(super) fn repetition(case: &Case, first: &Witness, stop: &dyn Fn() -> bool) 
                 .solver(&bounded)
                 .output(&output)
                 .record(&mut sequence)
-                .stop(stop);
+                .watch(stop);
             if !run.start().is_ok_and(|report| !report.interrupted) {
                 return None;
             }

@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 use stickslip_system::numerics::eigenvalues::null_vector;
+use stickslip_system::watch::Watch;
 
 const MOST_BRANCHES: usize = 64;
 
@@ -199,7 +200,7 @@ pub(crate) struct Explorer<'a> {
     study: &'a ContinuationStudy,
     family: &'a Family,
     journal: &'a mut Journal,
-    stop: &'a dyn Fn() -> bool,
+    stop: &'a dyn Watch,
     told: &'a dyn Fn(&Explored),
     explored: Explored,
     jobs: VecDeque<Job>,
@@ -215,7 +216,7 @@ impl<'a> Explorer<'a> {
         study: &'a ContinuationStudy,
         family: &'a Family,
         journal: &'a mut Journal,
-        stop: &'a dyn Fn() -> bool,
+        stop: &'a dyn Watch,
         told: &'a dyn Fn(&Explored),
     ) -> Self {
         Explorer {

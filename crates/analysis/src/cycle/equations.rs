@@ -4,6 +4,7 @@ use super::family::{Family, Member};
 use crate::error::{Error, ErrorKind};
 use nalgebra::{DMatrix, DVector};
 use stickslip_engine::simulation::{Shot, WantedResults, shoot, sliding, weights};
+use stickslip_system::watch::Watch;
 
 /// Least scale of a component, as a speed, relative to the largest speed of the motion.
 const LEAST_SHARE: f64 = 0.05;
@@ -34,7 +35,7 @@ pub(crate) fn motion(
     from: (f64, &DVector<f64>),
     time: f64,
     extrema: bool,
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Result<Shot, Error> {
     let wanted = WantedResults {
         derivatives: None,
@@ -58,7 +59,7 @@ pub(crate) struct Manifold<'a> {
     pub what: What,
     /// Scales of the varied parameters.
     pub widths: &'a [f64],
-    pub stop: &'a dyn Fn() -> bool,
+    pub stop: &'a dyn Watch,
 }
 
 impl<'a> Manifold<'a> {

@@ -11,6 +11,7 @@ use stickslip_engine::simulation::{
 };
 use stickslip_system::model::Mode;
 use stickslip_system::record::MemoryRecorder;
+use stickslip_system::watch::Watch;
 
 /// Largest number of turns, or of periods of the drives, in a period.
 pub const LONGEST: usize = 64;
@@ -65,7 +66,7 @@ pub struct CycleSearch {
 }
 
 /// Finds a periodic motion of a family at these values of its parameters. An error describes the failed attempts.
-pub fn find(family: &Family, values: &[f64], search: &CycleSearch, stop: &dyn Fn() -> bool) -> Result<Orbit, Error> {
+pub fn find(family: &Family, values: &[f64], search: &CycleSearch, stop: &dyn Watch) -> Result<Orbit, Error> {
     let member = family.at(values, false)?;
     let (mut time, mut state) = starting_point(family, values, search, stop)?;
     let horizon = family.case().output.end_time;
@@ -107,12 +108,7 @@ pub fn find(family: &Family, values: &[f64], search: &CycleSearch, stop: &dyn Fn
 }
 
 /// Whether a motion decays to steady sliding: omega_r hardly varies, and less in the second half of the time.
-fn decays(
-    member: &Member,
-    (time, state): (f64, &DVector<f64>),
-    horizon: f64,
-    stop: &dyn Fn() -> bool,
-) -> Result<bool, Error> {
+fn decays(member: &Member, (time, state): (f64, &DVector<f64>), horizon: f64, stop: &dyn Watch) -> Result<bool, Error> {
     let half = horizon / 2.0;
     let swing = |shot: &Shot| shot.relative_velocity.1 - shot.relative_velocity.0;
     let first = motion(member, (time, state), half, true, stop)?;
@@ -126,7 +122,7 @@ fn starting_point(
     family: &Family,
     values: &[f64],
     search: &CycleSearch,
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Result<(f64, DVector<f64>), Error> {
     let case = family.case_at(values)?;
     if search.from == From::Initial {
@@ -142,7 +138,7 @@ fn starting_point(
     let output = OutputOptions::at_the_ends(case.output.end_time);
     let mut recorder = MemoryRecorder::default();
     let run = Run::of_system(&case.system, case.threshold, &solver, &output);
-    let report = run.record(&mut recorder).stop(stop).start();
+    let report = run.record(&mut recorder).watch(stop).start();
     let report =
         report.map_err(|failure| Error::computation(format!("the motion could not be followed: {failure}")))?;
     if report.interrupted {
@@ -173,7 +169,7 @@ fn stroboscopic(
     (time, state): (f64, DVector<f64>),
     period: f64,
     search: &CycleSearch,
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Result<(Guess, u32), Error> {
     let guess = |multiple: u32| Guess {
         time,
@@ -218,7 +214,7 @@ fn autonomous(
     (time, state): (f64, DVector<f64>),
     horizon: f64,
     search: &CycleSearch,
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Result<(Guess, u32), Error> {
     let look = |span: f64| motion(member, (time, &state), span, true, stop);
     let is_enough =
@@ -272,7 +268,7 @@ fn autonomous(
 }
 
 /// Moves the guess to the middle of its longest slip, away from all events.
-pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Guess, Error> {
+pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Watch) -> Result<Guess, Error> {
     let shift = to_slip(member, guess, stop)?;
     let state = motion(member, (guess.time, &guess.state), shift, false, stop)?.end;
     Ok(Guess {
@@ -283,7 +279,7 @@ pub(crate) fn in_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -
 }
 
 /// Time from the start of a motion to the middle of its longest slip, s. A slip across the period's ends is joined.
-pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<f64, Error> {
+pub(crate) fn to_slip(member: &Member, guess: &Guess, stop: &dyn Watch) -> Result<f64, Error> {
     let shot = motion(member, (guess.time, &guess.state), guess.period, false, stop)?;
     let slips = shot.phases.iter().filter(|phase| phase.mode.slides());
     let mut slips: Vec<(f64, f64)> = slips.map(|phase| (phase.from, phase.to)).collect();
@@ -325,7 +321,7 @@ pub fn refine(
     values: &[f64],
     multiple: u32,
     (time, state, period): (f64, &[f64], f64),
-    stop: &dyn Fn() -> bool,
+    stop: &dyn Watch,
 ) -> Result<Orbit, Error> {
     let guess = Guess {
         time,
@@ -336,7 +332,7 @@ pub fn refine(
     closed(family, multiple, &guess, stop)
 }
 
-pub(crate) fn closed(family: &Family, multiple: u32, guess: &Guess, stop: &dyn Fn() -> bool) -> Result<Orbit, Error> {
+pub(crate) fn closed(family: &Family, multiple: u32, guess: &Guess, stop: &dyn Watch) -> Result<Orbit, Error> {
     let scale = |value: &f64| if *value == 0.0 { 1.0 } else { value.abs() };
     let manifold = Manifold {
         family,
@@ -364,7 +360,7 @@ pub(crate) fn closed(family: &Family, multiple: u32, guess: &Guess, stop: &dyn F
     Ok(orbit)
 }
 
-fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Fn() -> bool) -> Result<Orbit, Error> {
+fn shortest(family: &Family, orbit: Orbit, multiple: u32, stop: &dyn Watch) -> Result<Orbit, Error> {
     let member = family.at(&orbit.values, false)?;
     let most = match orbit.multiple {
         Some(multiple) => multiple as usize,

@@ -9,6 +9,7 @@ use stickslip_engine::simulation::{Border, Margin, Shot, ShotPhase, WantedResult
 use stickslip_system::model::Mode;
 use stickslip_system::named;
 use stickslip_system::numerics::eigenvalues::eigenvalues;
+use stickslip_system::watch::Watch;
 
 /// Distance from the unit circle within which a multiplier is neutral.
 pub const NEUTRAL: f64 = 1e-8;
@@ -168,7 +169,7 @@ impl Orbit {
         family: &Family,
         guess: &Guess,
         (error, iterations): (f64, usize),
-        stop: &dyn Fn() -> bool,
+        stop: &dyn Watch,
     ) -> Result<Orbit, Error> {
         let member: Member = family.at(&guess.values, false)?;
         let wanted = WantedResults {

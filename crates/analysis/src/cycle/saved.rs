@@ -13,6 +13,7 @@ use stickslip_files::schema::{Variable, group};
 use stickslip_files::{Addition, DeclaredColumn, Reason, ResultFile, columns};
 use stickslip_system::model::equations::{Engagement, Outside, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, Initial, Pressing, System};
+use stickslip_system::watch::Watch;
 
 const SAMPLES: f64 = 1000.0;
 
@@ -162,7 +163,7 @@ const MULTIPLIERS: &[DeclaredColumn<Multiplier>] = &columns! { one:
 };
 
 /// Finds the cycle of a file again, and returns family, orbit, and original case.
-pub fn from_file(file: &ResultFile, stop: &dyn Fn() -> bool) -> Result<(Family, Orbit, CycleOrigin), Error> {
+pub fn from_file(file: &ResultFile, stop: &dyn Watch) -> Result<(Family, Orbit, CycleOrigin), Error> {
     let text = |name: &str| {
         let found = file.text_variable(group::CYCLE, name)?;
         Ok::<_, Error>(found.ok_or_else(|| Reason::Missing(format!("/cycle/{name}")).of(file.path()))?)

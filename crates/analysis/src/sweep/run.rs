@@ -14,7 +14,7 @@ use crate::study::StudyRun;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use stickslip_case::Case;
-use stickslip_engine::hybrid::RunError;
+use stickslip_engine::ErrorKind as RunErrorKind;
 use stickslip_files::{
     FileKind, Partition, Reason, ShardFile, ShardPlan, StudyFile, check_sound, check_target, schema,
 };
@@ -184,7 +184,7 @@ fn into_a_file(folder: &Path, study: &Study, number: u64, case: &Case, watch: &d
         return Err(Error::computation(error));
     }
     match saved.run.failure.as_deref().map(|failure| &failure.error) {
-        Some(RunError::Observer(error)) => Err(Error::computation(error)),
+        Some(error) if error.kind == RunErrorKind::Recorder => Err(Error::computation(error)),
         _ => Ok(saved.run),
     }
 }

@@ -6,12 +6,12 @@ use crate::Channel;
 use crate::error::Limit;
 use crate::reference::Physics;
 use crate::survey::sequence;
-use std::ops::ControlFlow;
-use stickslip_engine::simulation::{Course, Method, OutputOptions, Progress, Simulation, SolverOptions, simulate_from};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use stickslip_engine::simulation::{Course, Method, OutputOptions, Simulation, SolverOptions, simulate_from};
 use stickslip_system::model::Mode;
 use stickslip_system::model::system::System;
 use stickslip_system::record::sequence::SequenceEvent;
-use stickslip_system::record::{Event, NoRecorder, Recorder, RecorderError, Sample, Segment};
+use stickslip_system::record::{Event, Recorder, RecorderError, Sample, Segment};
 
 /// The tolerance of a certificate's reruns: within 1e-12 s of exact events.
 const RTOL: f64 = 1e-12;
@@ -57,7 +57,8 @@ impl Played {
 impl MotionRequest<'_> {
     /// Events of the run; `None` if it fails or takes too long.
     pub fn events(&self) -> Option<Played> {
-        self.run(false, &mut NoRecorder)
+        let pace = Pace::default();
+        self.run(false, &pace, &mut &pace)
     }
 
     /// Events, and the channels of the observation at its times.
@@ -72,13 +73,15 @@ impl MotionRequest<'_> {
     }
 
     fn kept(&self) -> Option<(Course, Traced)> {
+        let pace = Pace::default();
         let mut kept = KeptMotion {
+            pace: &pace,
             course: Course::new(self.system, self.threshold, &self.solver()),
             further: Vec::new(),
             nodes: Vec::new(),
             begins: None,
         };
-        let played = self.run(true, &mut kept)?;
+        let played = self.run(true, &pace, &mut kept)?;
         let mut nodes = kept.nodes;
         // A run from a state has no sample at its start.
         if let (TrialStart::At(time, y), Some(mode)) = (self.start, kept.begins)
@@ -98,7 +101,7 @@ impl MotionRequest<'_> {
         }
     }
 
-    fn run(&self, steps: bool, recorder: &mut dyn Recorder) -> Option<Played> {
+    fn run(&self, steps: bool, pace: &Pace, recorder: &mut dyn Recorder) -> Option<Played> {
         if self.limit.is_over() {
             return None;
         }
@@ -115,16 +118,8 @@ impl MotionRequest<'_> {
             steps,
             ..OutputOptions::at_the_ends(self.end)
         };
-        let (mut questions, mut events) = (0, 0);
-        let control = &mut |progress: Progress| {
-            questions = if progress.events == events { questions + 1 } else { 0 };
-            events = progress.events;
-            match questions > MOST_QUESTIONS || events > self.most_events || self.limit.is_over() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            }
-        };
-        let report = simulate_from(problem, start, &self.solver(), &output, recorder, control).ok()?;
+        let given_up = || pace.is_over() || pace.events.load(Relaxed) > self.most_events || self.limit.is_over();
+        let report = simulate_from(problem, start, &self.solver(), &output, recorder, &given_up).ok()?;
         if report.interrupted {
             return None;
         }
@@ -133,6 +128,37 @@ impl MotionRequest<'_> {
             events: sequence(&report.events, self.shows_contact),
             steps: report.work.iter().map(|work| work.steps).sum(),
         })
+    }
+}
+
+/// Pace of a run: events of its sequence, and stop checks since the last one.
+#[derive(Debug, Default)]
+struct Pace {
+    events: AtomicUsize,
+    questions: AtomicUsize,
+}
+
+impl Pace {
+    fn event(&self, event: &Event) {
+        if event.kind.in_event_sequence() {
+            self.events.fetch_add(1, Relaxed);
+            self.questions.store(0, Relaxed);
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.questions.fetch_add(1, Relaxed) > MOST_QUESTIONS
+    }
+}
+
+impl Recorder for &Pace {
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        Pace::event(self, event);
+        Ok(())
+    }
+
+    fn stores_motion(&self) -> bool {
+        false
     }
 }
 
@@ -177,7 +203,8 @@ impl Traced {
     }
 }
 
-struct KeptMotion {
+struct KeptMotion<'a> {
+    pace: &'a Pace,
     course: Course,
     /// State of the next sample, or before and after the next event.
     further: Vec<f64>,
@@ -185,7 +212,7 @@ struct KeptMotion {
     begins: Option<Mode>,
 }
 
-impl Recorder for KeptMotion {
+impl Recorder for KeptMotion<'_> {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.extend_from_slice(values);
         Ok(())
@@ -207,6 +234,7 @@ impl Recorder for KeptMotion {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.pace.event(event);
         let y = self.course.state(&event.after, &self.further[self.further.len() / 2..]);
         self.further.clear();
         self.nodes.push((event.time, event.mode_after, y));

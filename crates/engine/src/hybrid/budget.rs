@@ -1,13 +1,13 @@
 //! Limits that end a run without progress: budgets of events and steps, chattering, and steps that become too short.
 
-use super::RunError;
+use crate::error::{Error, ErrorKind, ErrorPlace};
 use std::collections::VecDeque;
 
 /// Largest number of successive steps and restarts that leave the time unchanged (within its rounding at the end).
 const STANDSTILL: u32 = 10_000;
 
 /// Steps and restarts over which the pace of a run is measured.
-pub(super) const STRIDE: u32 = 100_000;
+const STRIDE: u32 = 100_000;
 
 /// Steps that a search of a closed-form segment without result counts as.
 const SEARCH: u32 = 5000;
@@ -16,13 +16,15 @@ const SEARCH: u32 = 5000;
 /// later.
 const MOST_RESTARTS: f64 = 1e10;
 
+const CHATTER_COUNT: usize = 32;
+
 /// Limits that end a run without progress.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// Largest number of counted transitions.
+    /// Largest number of events of the sequence.
     pub max_events: usize,
-    /// Counted transitions within [`Rules::chatter_window`](super::Rules::chatter_window) that mean chattering.
-    pub chatter_count: usize,
+    /// Time (s) within which 32 events of the sequence are chattering.
+    pub chatter_window: f64,
     /// Largest number of solver steps.
     pub max_steps: Option<u64>,
     /// The run fails if the pace of a segment predicts more steps than this.
@@ -43,19 +45,13 @@ pub(super) struct StepBudget {
     restarted: bool,
 }
 
-#[derive(Clone, Copy)]
-pub(super) struct BudgetPlace<'a> {
-    pub(super) time: f64,
-    pub(super) describe: &'a dyn Fn() -> String,
-}
-
 impl StepBudget {
     pub(super) fn new(limits: Limits, start: f64, end_time: f64) -> Self {
         StepBudget {
             limits,
             end_time,
             transitions: 0,
-            recent: VecDeque::with_capacity(limits.chatter_count + 1),
+            recent: VecDeque::with_capacity(CHATTER_COUNT + 1),
             steps: 0,
             came_to: start,
             idle: 0,
@@ -65,70 +61,57 @@ impl StepBudget {
         }
     }
 
-    pub(super) fn transition(&mut self, place: BudgetPlace<'_>, window: f64, guard: &str) -> Result<(), RunError> {
+    pub(super) fn transition(&mut self, place: ErrorPlace, guard: &str) -> Result<(), Error> {
         self.transitions += 1;
         if self.transitions > self.limits.max_events {
-            return Err(RunError::TooManyEvents {
-                time: place.time,
-                budget: self.limits.max_events,
-                location: (place.describe)(),
-                guard: guard.to_owned(),
-            });
+            return Err(place.too_many_events(self.limits.max_events, guard));
         }
         self.recent.push_back(place.time);
-        if self.recent.len() > self.limits.chatter_count {
+        if self.recent.len() > CHATTER_COUNT {
             self.recent.pop_front();
             let taken = place.time - self.recent[0];
-            if taken < window {
-                return Err(RunError::Chattering {
-                    time: place.time,
-                    count: self.recent.len(),
-                    window: taken,
-                    location: (place.describe)(),
-                    guard: guard.to_owned(),
-                });
+            if taken < self.limits.chatter_window {
+                let within = match taken > 0.0 {
+                    true => format!(": {} transitions within {taken:.1e} s", self.recent.len()),
+                    false => format!(": {} transitions at one instant", self.recent.len()),
+                };
+                return Err(place.fired(ErrorKind::Chattering, "chattering", &within, guard));
             }
         }
         Ok(())
     }
 
-    pub(super) fn step(&mut self, place: BudgetPlace<'_>, stop: f64, solver: &'static str) -> Result<(), RunError> {
+    pub(super) fn step(&mut self, place: ErrorPlace, stop: f64, solver: &'static str) -> Result<(), Error> {
         self.steps += 1;
         if let Some(budget) = self.limits.max_steps.filter(|&budget| self.steps > budget) {
-            return Err(RunError::TooManySteps {
-                time: place.time,
-                budget,
-                location: (place.describe)(),
-            });
+            return Err(place.too_many_steps(budget));
         }
         self.get_on(place, stop, solver, 1)
     }
 
-    pub(super) fn restart(&mut self, place: BudgetPlace<'_>) -> Result<(), RunError> {
+    pub(super) fn restart(&mut self, place: ErrorPlace) -> Result<(), Error> {
         self.restarted = true;
         self.get_on(place, self.end_time, "the solvers", 1)
     }
 
-    pub(super) fn search(&mut self, place: BudgetPlace<'_>, stop: f64) -> Result<(), RunError> {
+    pub(super) fn search(&mut self, place: ErrorPlace, stop: f64) -> Result<(), Error> {
         self.get_on(place, stop, "the search for a breakaway", SEARCH)
     }
 
-    pub(super) fn search_for_time_event(&mut self, place: BudgetPlace<'_>) -> Result<(), RunError> {
+    pub(super) fn search_for_time_event(&mut self, place: ErrorPlace) -> Result<(), Error> {
         self.get_on(place, self.end_time, "the search for the next event", STRIDE)
     }
 
-    fn get_on(&mut self, place: BudgetPlace<'_>, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
+    fn get_on(&mut self, place: ErrorPlace, stop: f64, solver: &'static str, taken: u32) -> Result<(), Error> {
         if place.time > self.came_to + f64::EPSILON * self.end_time {
             (self.came_to, self.idle) = (place.time, 0);
         } else {
             self.idle += 1;
         }
         if self.idle > STANDSTILL {
-            return Err(RunError::Standstill {
-                time: self.came_to,
-                location: (place.describe)(),
-                why: format!("{STANDSTILL} steps and restarts in a row have not moved the time"),
-            });
+            let time = self.came_to;
+            let why = format!("{STANDSTILL} steps and restarts in a row have not moved the time");
+            return Err(ErrorPlace { time, ..place }.standstill(&why));
         }
         self.taken += taken;
         if self.taken < STRIDE {
@@ -143,14 +126,13 @@ impl StepBudget {
         };
         (self.from, self.taken, self.restarted) = (place.time, 0, false);
         match most {
-            Some(most) if ahead * f64::from(STRIDE) > covered * most => Err(RunError::NoProgress {
-                time: place.time,
-                location: (place.describe)(),
-                solver,
-                covered,
-                ahead,
-                most,
-            }),
+            Some(most) if ahead * f64::from(STRIDE) > covered * most => {
+                let why = format!(
+                    ": the last {STRIDE} steps of {solver} came {covered:.1e} s on, and {ahead:.1e} s lie ahead, more than \
+                     {most:.0e} such steps"
+                );
+                Err(place.error(ErrorKind::NoProgress, "the run makes no progress", why))
+            }
             _ => Ok(()),
         }
     }

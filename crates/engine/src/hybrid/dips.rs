@@ -4,8 +4,9 @@
 //! tangents are a lower bound of a convex guard; if they reach the boundary, states inside the step are examined.
 
 use super::last_step::LastStep;
-use super::{ChosenSolver, Direction, Dynamics, SolverKind};
-use crate::sundials::{Multistep, SolverError};
+use super::{ChosenSolver, Direction, SolverKind, SystemDynamics, SystemLocation};
+use crate::Error;
+use crate::sundials::Multistep;
 
 /// Share of a step over which a guard's rate is a difference: far below any resolved time scale, far above rounding.
 const AHEAD: f64 = 1e-6;
@@ -46,9 +47,9 @@ pub(super) struct Dips {
     state: Vec<f64>,
 }
 
-pub(super) struct Of<'a, D: Dynamics> {
-    pub(super) dynamics: &'a D,
-    pub(super) location: &'a D::Location,
+pub(super) struct Of<'a> {
+    pub(super) dynamics: &'a SystemDynamics,
+    pub(super) location: &'a SystemLocation,
     pub(super) origin: f64,
 }
 
@@ -60,7 +61,7 @@ pub(super) struct Dip {
 }
 
 impl Dips {
-    pub(super) fn new<D: Dynamics>(dynamics: &D, location: &D::Location, chosen: &ChosenSolver) -> Self {
+    pub(super) fn new(dynamics: &SystemDynamics, location: &SystemLocation, chosen: &ChosenSolver) -> Self {
         let sign = |direction| match direction {
             Direction::Falling => 1.0,
             Direction::Rising => -1.0,
@@ -91,12 +92,12 @@ impl Dips {
         }
     }
 
-    pub(super) fn in_step<D: Dynamics>(
+    pub(super) fn in_step(
         &mut self,
-        of: &Of<'_, D>,
-        last_step: &mut LastStep<D>,
+        of: &Of<'_>,
+        last_step: &mut LastStep,
         (tau, y): (f64, &[f64]),
-    ) -> Result<Option<Dip>, SolverError> {
+    ) -> Result<Option<Dip>, Error> {
         if self.signs.iter().all(|sign| *sign == 0.0) {
             return Ok(None);
         }
@@ -140,7 +141,7 @@ impl Dips {
         self.grazed.take()
     }
 
-    fn read<D: Dynamics>(&mut self, of: &Of<'_, D>, (tau, y): (f64, &[f64]), length: f64, into: &mut DipReadings) {
+    fn read(&mut self, of: &Of<'_>, (tau, y): (f64, &[f64]), length: f64, into: &mut DipReadings) {
         let Of {
             dynamics,
             location,
@@ -160,12 +161,7 @@ impl Dips {
         }
     }
 
-    fn other_side<D: Dynamics>(
-        &mut self,
-        of: &Of<'_, D>,
-        last_step: &mut LastStep<D>,
-        guard: usize,
-    ) -> Result<Option<f64>, SolverError> {
+    fn other_side(&mut self, of: &Of<'_>, last_step: &mut LastStep, guard: usize) -> Result<Option<f64>, Error> {
         let end = |readings: &DipReadings| (readings.time, readings.values[guard], readings.rates[guard]);
         let (mut a, mut b) = (end(&self.before), end(&self.after));
         for _ in 0..MOST_HALVINGS {
@@ -202,13 +198,7 @@ impl Dips {
         Ok(None)
     }
 
-    fn crossing<D: Dynamics>(
-        &mut self,
-        of: &Of<'_, D>,
-        last_step: &mut LastStep<D>,
-        guard: usize,
-        beyond: f64,
-    ) -> Result<f64, SolverError> {
+    fn crossing(&mut self, of: &Of<'_>, last_step: &mut LastStep, guard: usize, beyond: f64) -> Result<f64, Error> {
         let (mut low, mut high) = (self.before.time, beyond);
         for _ in 0..MOST_HALVINGS {
             let middle = f64::midpoint(low, high);

@@ -1,15 +1,16 @@
 //! Engines that advance a segment: one interface for SUNDIALS, closed forms, and a model's own methods.
 
 use super::sundials::SundialsEngine;
-use super::{ChosenSolver, Dynamics, Rules};
-use crate::sundials::{Counters, SolverError};
+use super::{ChosenSolver, Rules, SystemDynamics, SystemLocation};
+use crate::Error;
+use crate::sundials::Counters;
 use std::sync::Arc;
 
 /// A segment to be advanced.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EngineSegment<'a, L> {
+pub struct EngineSegment<'a> {
     /// Location, constant within the segment.
-    pub location: L,
+    pub location: SystemLocation,
     /// Start time, s.
     pub start: f64,
     /// End time if no guard fires before, s.
@@ -18,14 +19,14 @@ pub struct EngineSegment<'a, L> {
     pub state: &'a [f64],
 }
 
-impl<L> EngineSegment<'_, L> {
+impl EngineSegment<'_> {
     /// Longest possible duration, s.
     pub fn span(&self) -> f64 {
         self.stop - self.start
     }
 }
 
-/// Guards that fire together, by their indices in [`Dynamics::guards`] (at most 32).
+/// Guards that fire together, by their indices in a location (at most 32).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fired(u32);
 
@@ -67,28 +68,14 @@ pub enum Advance {
     Searched,
 }
 
-/// Why an engine failed.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "each variant is described by its message")]
-pub enum EngineError {
-    #[error(transparent)]
-    Sundials(#[from] SolverError),
-    #[error("the error test or Newton's method still fails at a step of {step:.1e} s")]
-    StepTooShort { step: f64 },
-    #[error("a step ended with values that are not finite")]
-    NotFinite,
-    #[error("the model has no such solver")]
-    Missing,
-}
-
 /// Integrates segments of a hybrid system, one after the other, and locates their guards. Times (s) are on the
 /// segment's clock, which starts at zero.
-pub trait Engine<L>: Send {
+pub trait Engine: Send {
     /// Begins a segment. Fails if the solver refuses its settings or the state.
-    fn begin(&mut self, segment: &EngineSegment<'_, L>, chosen: &ChosenSolver) -> Result<(), EngineError>;
+    fn begin(&mut self, segment: &EngineSegment<'_>, chosen: &ChosenSolver) -> Result<(), Error>;
 
     /// Takes one step, to the first guard at most. If it fails, the segment stays where it was.
-    fn advance(&mut self) -> Result<Advance, EngineError>;
+    fn advance(&mut self) -> Result<Advance, Error>;
 
     /// Present time, s.
     fn time(&self) -> f64;
@@ -97,7 +84,7 @@ pub trait Engine<L>: Send {
     fn state(&self) -> &[f64];
 
     /// Writes the state at `tau` (s) within the last step. Fails if this needs another step, and that step fails.
-    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError>;
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error>;
 
     /// Whether the last step followed the slow motion alone, without any fast mode, whether stable or unstable.
     fn is_slow(&self) -> bool {
@@ -111,18 +98,16 @@ pub trait Engine<L>: Send {
     }
 
     /// Work since [`Self::begin`]. Fails if the solver does not report a counter.
-    fn counters(&mut self) -> Result<Counters, EngineError>;
+    fn counters(&mut self) -> Result<Counters, Error>;
 }
 
-type Made<L> = (ChosenSolver, Box<dyn Engine<L>>);
-
-pub(super) struct Engines<D: Dynamics> {
-    dynamics: Arc<D>,
-    made: Vec<Made<D::Location>>,
+pub(super) struct Engines {
+    dynamics: Arc<SystemDynamics>,
+    made: Vec<(ChosenSolver, Box<dyn Engine>)>,
 }
 
-impl<D: Dynamics> Engines<D> {
-    pub(super) fn new(dynamics: Arc<D>) -> Self {
+impl Engines {
+    pub(super) fn new(dynamics: Arc<SystemDynamics>) -> Self {
         Engines {
             dynamics,
             made: Vec::new(),
@@ -132,9 +117,9 @@ impl<D: Dynamics> Engines<D> {
     pub(super) fn take(
         &mut self,
         chosen: &ChosenSolver,
-        segment: &EngineSegment<'_, D::Location>,
-        rules: &impl Rules<D>,
-    ) -> Result<Box<dyn Engine<D::Location>>, EngineError> {
+        segment: &EngineSegment<'_>,
+        rules: &dyn Rules,
+    ) -> Result<Box<dyn Engine>, Error> {
         let same = |made: &ChosenSolver| made.kind == chosen.kind && made.fixed_step == chosen.fixed_step;
         if let Some(position) = self.made.iter().position(|(made, _)| same(made)) {
             return Ok(self.made.swap_remove(position).1);
@@ -145,7 +130,7 @@ impl<D: Dynamics> Engines<D> {
         }
     }
 
-    pub(super) fn put(&mut self, chosen: &ChosenSolver, engine: Box<dyn Engine<D::Location>>) {
+    pub(super) fn put(&mut self, chosen: &ChosenSolver, engine: Box<dyn Engine>) {
         self.made.push((chosen.clone(), engine));
     }
 }

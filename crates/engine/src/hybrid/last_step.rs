@@ -1,19 +1,20 @@
 //! The last step of a SUNDIALS solver, and the states inside it.
 
-use super::{Direction, Dynamics};
-use crate::sundials::{AdvanceTarget, Advanced, OdeSystem, Solver, SolverError};
+use super::{Direction, SystemDynamics, SystemLocation};
+use crate::Error;
+use crate::sundials::{AdvanceTarget, Advanced, OdeSystem, Solver};
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
 use stickslip_system::numerics::band::BandMut;
 
-pub(super) struct Flow<D: Dynamics> {
-    pub(super) dynamics: Arc<D>,
-    pub(super) location: D::Location,
+pub(super) struct Flow {
+    pub(super) dynamics: Arc<SystemDynamics>,
+    pub(super) location: SystemLocation,
     pub(super) origin: f64,
     pub(super) settling: f64,
 }
 
-impl<D: Dynamics> OdeSystem for Flow<D> {
+impl OdeSystem for Flow {
     fn dimension(&self) -> usize {
         self.dynamics.dimension()
     }
@@ -69,15 +70,15 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
 /// A multistep method interpolates by a polynomial of its own order. The dense output of ARKODE's one-step methods has
 /// degree 5 at most, far below a method of order 8. Therefore `probe`, a second solver of the same kind, repeats the
 /// step up to the wanted time.
-pub(super) struct LastStep<D: Dynamics> {
-    pub(super) solver: Solver<Flow<D>>,
-    pub(super) probe: Option<Solver<Flow<D>>>,
+pub(super) struct LastStep {
+    pub(super) solver: Solver<Flow>,
+    pub(super) probe: Option<Solver<Flow>>,
     pub(super) start: f64,
     pub(super) start_state: Vec<f64>,
 }
 
-impl<D: Dynamics> LastStep<D> {
-    pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), SolverError> {
+impl LastStep {
+    pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error> {
         let Some(probe) = &mut self.probe else {
             let inside = self.solver.interpolate(tau.min(self.solver.time()), 0, out);
             // By rounding, the start of the step may lie before the solver's own value for it.

@@ -1,11 +1,12 @@
 //! The loop: segment after segment, until the end.
 
-use super::budget::{BudgetPlace, Limits, StepBudget};
+use super::budget::{Limits, StepBudget};
 use super::engine::Engines;
 use super::{
-    Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired, Observer, ObserverError, Rules,
-    RunError, SegmentReport, Transition,
+    Advance, ChosenSolver, Engine, EngineSegment, Fired, Observer, Rules, SegmentReport, SystemDynamics,
+    SystemLocation, Transition,
 };
+use crate::error::{Error, ErrorKind, ErrorPlace};
 use crate::sundials::Counters;
 use std::sync::Arc;
 
@@ -18,22 +19,22 @@ const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
 
 /// Start of a run.
 #[derive(Debug, Clone)]
-pub struct Start<L> {
+pub struct Start {
     /// Start time, s.
     pub time: f64,
     /// Initial location.
-    pub location: L,
-    /// Initial state, of length [`Dynamics::dimension`].
+    pub location: SystemLocation,
+    /// Initial state, of length [`SystemDynamics::dimension`].
     pub state: Vec<f64>,
 }
 
 /// End of a run.
 #[derive(Debug, Clone)]
-pub struct Finish<L> {
+pub struct Finish {
     /// End time, s.
     pub time: f64,
     /// Final location.
-    pub location: L,
+    pub location: SystemLocation,
     /// Whether the observer ended the run early.
     pub interrupted: bool,
 }
@@ -46,19 +47,14 @@ enum SegmentEnd {
 }
 
 /// Integrates from `start` to `end_time`. Samples, events and segments before a failure have been handed out.
-pub fn run<D, R, O>(
-    dynamics: &Arc<D>,
-    rules: &mut R,
-    start: Start<D::Location>,
+pub fn run(
+    dynamics: &Arc<SystemDynamics>,
+    rules: &mut dyn Rules,
+    start: Start,
     end_time: f64,
     limits: Limits,
-    observer: &mut O,
-) -> Result<Finish<D::Location>, RunError>
-where
-    D: Dynamics,
-    R: Rules<D>,
-    O: Observer<D::Location, R::Kind>,
-{
+    observer: &mut dyn Observer,
+) -> Result<Finish, Error> {
     let mut run = HybridRun {
         dynamics: dynamics.clone(),
         rules,
@@ -80,27 +76,22 @@ where
     })
 }
 
-struct HybridRun<'a, D: Dynamics, R, O> {
-    dynamics: Arc<D>,
-    rules: &'a mut R,
-    engines: Engines<D>,
-    observer: &'a mut O,
+struct HybridRun<'a> {
+    dynamics: Arc<SystemDynamics>,
+    rules: &'a mut dyn Rules,
+    engines: Engines,
+    observer: &'a mut dyn Observer,
     budget: StepBudget,
     time: f64,
-    location: D::Location,
+    location: SystemLocation,
     state: Vec<f64>,
     sampled: u32,
     interrupted_at: Option<f64>,
     sample: Vec<f64>,
 }
 
-impl<D, R, O> HybridRun<'_, D, R, O>
-where
-    D: Dynamics,
-    R: Rules<D>,
-    O: Observer<D::Location, R::Kind>,
-{
-    fn to(&mut self, end_time: f64) -> Result<bool, RunError> {
+impl HybridRun<'_> {
+    fn to(&mut self, end_time: f64) -> Result<bool, Error> {
         loop {
             let mut stop = end_time;
             while let Some(next) = self.rules.next_time_event(&self.location, self.time) {
@@ -148,7 +139,7 @@ where
         Ok(false)
     }
 
-    fn segment(&mut self, stop: f64) -> Result<SegmentEnd, RunError> {
+    fn segment(&mut self, stop: f64) -> Result<SegmentEnd, Error> {
         let (start, location, state) = (self.time, self.location, self.state.clone());
         let chosen = &self.rules.solver(&location, start, &state);
         let segment = EngineSegment {
@@ -158,24 +149,24 @@ where
             state: &state,
         };
         let engine = self.engines.take(chosen, &segment, &*self.rules);
-        let (end, counters) = match engine.map_err(|source| self.failed(chosen, start, source)) {
+        let solver = chosen.kind.name();
+        let (end, counters) = match engine.map_err(|source| self.place(start).failed(solver, source)) {
             Ok(mut engine) => {
                 let end = self.advance(&mut *engine, &segment, chosen);
                 let counters = engine.counters();
                 self.engines.put(chosen, engine);
                 match (end, counters) {
                     (Ok(end), Ok(counters)) => (Ok(end), counters),
-                    (Ok(_), Err(source)) => (Err(self.failed(chosen, self.time, source)), Counters::default()),
+                    (Ok(_), Err(source)) => (Err(self.place(self.time).failed(solver, source)), Counters::default()),
                     (Err(error), _) => (Err(error), Counters::default()),
                 }
             }
             Err(error) => (Err(error), Counters::default()),
         };
-        if let Err(RunError::Observer(error)) = end {
-            return Err(RunError::Observer(error));
-        }
-        if let Err(RunError::Overflow { time, .. }) = &end {
-            self.time = self.time.max(*time);
+        match &end {
+            Err(error) if error.kind == ErrorKind::Recorder => return end,
+            Err(error) if error.kind == ErrorKind::Overflow => self.time = self.time.max(error.time),
+            _ => {}
         }
         // Reported before a failure is returned, so that the samples before the failure have their segment.
         let report = SegmentReport {
@@ -185,24 +176,24 @@ where
             solver: chosen.kind,
             counters,
         };
-        self.observer.segment(&report).map_err(|error| self.observed(error))?;
+        self.observer.segment(&report)?;
         end
     }
 
     fn advance(
         &mut self,
-        engine: &mut dyn Engine<D::Location>,
-        segment: &EngineSegment<'_, D::Location>,
+        engine: &mut dyn Engine,
+        segment: &EngineSegment<'_>,
         chosen: &ChosenSolver,
-    ) -> Result<SegmentEnd, RunError> {
-        let start = segment.start;
+    ) -> Result<SegmentEnd, Error> {
+        let (start, solver) = (segment.start, chosen.kind.name());
         let begun = engine.begin(segment, chosen);
-        begun.map_err(|source| self.failed(chosen, start, source))?;
+        begun.map_err(|source| self.place(start).failed(solver, source))?;
         let mut steps = 0u32;
         let end = loop {
             let from = self.time;
             let advance = engine.advance();
-            let advance = advance.map_err(|source| self.failed(chosen, self.time, source))?;
+            let advance = advance.map_err(|source| self.place(from).failed(solver, source))?;
             self.state.copy_from_slice(engine.state());
             self.time = match advance {
                 Advance::Stop => segment.stop,
@@ -213,16 +204,16 @@ where
                 self.observer.grazed(start + tau, &segment.location, guard);
             }
             if self.observer.wants_inside() && self.time > from {
-                let mut at = |t: f64, out: &mut [f64]| engine.state_at(t - start, out);
-                let inside = self.observer.inside(from, self.time, &segment.location, &mut at);
-                inside.map_err(|error| match error.downcast::<EngineError>() {
-                    Ok(source) => self.failed(chosen, self.time, *source),
-                    Err(error) => self.observed(error),
-                })?;
+                let place = self.place(self.time);
+                let mut at = |t: f64, out: &mut [f64]| {
+                    let inside = engine.state_at(t - start, out);
+                    inside.map_err(|source| place.failed(solver, source))
+                };
+                self.observer.inside(from, self.time, &segment.location, &mut at)?;
             }
             self.samples_until(self.time, false, |run, t| {
                 let inside = engine.state_at(t - start, &mut run.sample);
-                inside.map_err(|source| run.failed(chosen, t, source))
+                inside.map_err(|source| run.place(t).failed(solver, source))
             })?;
             if let Some(t) = self.interrupted_at {
                 self.time = t;
@@ -236,11 +227,9 @@ where
                 Advance::Searched => break SegmentEnd::Searched,
             }
             if self.observer.wants_steps() {
-                self.observer
-                    .step(self.time, &segment.location, &self.state)
-                    .map_err(|error| self.observed(error))?;
+                self.observer.step(self.time, &segment.location, &self.state)?;
             }
-            self.counted(|budget, place| budget.step(place, segment.stop, chosen.kind.name()))?;
+            self.counted(|budget, place| budget.step(place, segment.stop, solver))?;
             steps = steps.wrapping_add(1);
             if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS)
                 && self.observer.progress(self.time, &segment.location).is_break()
@@ -248,7 +237,7 @@ where
                 break SegmentEnd::Interrupted;
             }
         };
-        self.check_finite()?;
+        self.place(self.time).check_finite(&self.state)?;
         Ok(end)
     }
 
@@ -256,8 +245,8 @@ where
         &mut self,
         t: f64,
         inclusive: bool,
-        mut fill: impl FnMut(&mut Self, f64) -> Result<(), RunError>,
-    ) -> Result<(), RunError> {
+        mut fill: impl FnMut(&mut Self, f64) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         loop {
             let due = self.observer.next_sample_time();
             // A NaN is never reached.
@@ -265,9 +254,7 @@ where
                 return Ok(());
             }
             fill(self, due)?;
-            self.observer
-                .sample(due, &self.location, &self.sample)
-                .map_err(|error| self.observed(error))?;
+            self.observer.sample(due, &self.location, &self.sample)?;
             self.sampled = self.sampled.wrapping_add(1);
             if self.sampled.is_multiple_of(SAMPLES_BETWEEN_QUESTIONS)
                 && self.observer.progress(due, &self.location).is_break()
@@ -278,63 +265,34 @@ where
         }
     }
 
-    fn apply(&mut self, transitions: Vec<Transition<R::Kind, D::Location>>, guard: &str) -> Result<(), RunError> {
+    fn apply(&mut self, transitions: Vec<Transition>, guard: &str) -> Result<(), Error> {
         for transition in transitions {
             if let Some(kind) = transition.kind {
-                self.observer
-                    .event(
-                        self.time,
-                        kind,
-                        (&self.location, &self.state),
-                        (&transition.location, &transition.state),
-                    )
-                    .map_err(|error| self.observed(error))?;
-                if self.rules.counts(&kind) {
-                    let place = BudgetPlace {
-                        time: self.time,
-                        describe: &|| self.dynamics.describe(&self.location),
-                    };
-                    self.budget.transition(place, self.rules.chatter_window(), guard)?;
+                let (before, after) = (
+                    (&self.location, &self.state[..]),
+                    (&transition.location, &transition.state[..]),
+                );
+                self.observer.event(self.time, kind, before, after)?;
+                if kind.in_event_sequence() {
+                    self.budget.transition(self.place(self.time), guard)?;
                 }
             }
             self.location = transition.location;
             self.state = transition.state;
             if let Some(what) = self.rules.outside(&self.location, self.time, &self.state) {
-                return Err(RunError::Outside {
-                    time: self.time,
-                    location: self.dynamics.describe(&self.location),
-                    what,
-                });
+                return Err(self.place(self.time).outside(&what));
             }
         }
         Ok(())
     }
 
-    fn counted(
-        &mut self,
-        count: impl FnOnce(&mut StepBudget, BudgetPlace<'_>) -> Result<(), RunError>,
-    ) -> Result<(), RunError> {
-        let place = BudgetPlace {
-            time: self.time,
-            describe: &|| self.dynamics.describe(&self.location),
-        };
+    fn counted(&mut self, count: impl FnOnce(&mut StepBudget, ErrorPlace) -> Result<(), Error>) -> Result<(), Error> {
+        let place = self.place(self.time);
         count(&mut self.budget, place)
     }
 
-    fn failed(&self, chosen: &ChosenSolver, time: f64, source: EngineError) -> RunError {
-        RunError::Engine {
-            solver: chosen.kind.name(),
-            time,
-            location: self.dynamics.describe(&self.location),
-            source,
-        }
-    }
-
-    fn observed(&self, error: ObserverError) -> RunError {
-        RunError::observed(error, || self.dynamics.describe(&self.location))
-    }
-
-    fn check_finite(&self) -> Result<(), RunError> {
-        RunError::check_finite(&self.state, self.time, || self.dynamics.describe(&self.location))
+    fn place(&self, time: f64) -> ErrorPlace {
+        let mode = self.location.mode;
+        ErrorPlace { time, mode }
     }
 }

@@ -2,8 +2,11 @@
 
 use super::dips::{Dips, Of};
 use super::last_step::{Flow, LastStep};
-use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, EngineSegment, Fired, SolverKind};
-use crate::sundials::{AdvanceTarget, Advanced, Counters, Solver, SolverError, SolverMethod, Tolerances};
+use super::{
+    Advance, ChosenSolver, Direction, Engine, EngineSegment, Fired, SolverKind, SystemDynamics, SystemLocation,
+};
+use crate::Error;
+use crate::sundials::{AdvanceTarget, Advanced, Counters, Solver, SolverMethod, Tolerances};
 use std::sync::Arc;
 
 const MOST_REFINEMENTS: usize = 4;
@@ -11,14 +14,14 @@ const MOST_REFINEMENTS: usize = 4;
 /// A multistep method does not resolve an event whose guard stays within this multiple of its tolerated error.
 const UNRESOLVED: f64 = 100.0;
 
-pub(super) struct SundialsEngine<D: Dynamics> {
-    dynamics: Arc<D>,
-    step: LastStep<D>,
+pub(super) struct SundialsEngine {
+    dynamics: Arc<SystemDynamics>,
+    step: LastStep,
     dips: Dips,
-    location: D::Location,
+    location: SystemLocation,
     origin: f64,
     span: f64,
-    /// Next stop time of the solver on the segment's clock, s: the segment's end, or earlier by [`Dynamics::reach`].
+    /// Next stop time of the solver on the segment's clock, s: the segment's end, or earlier by [`SystemDynamics::reach`].
     stop: f64,
     fixed_step: bool,
     tolerances: Tolerances,
@@ -31,12 +34,12 @@ pub(super) struct SundialsEngine<D: Dynamics> {
     moved: Vec<f64>,
 }
 
-impl<D: Dynamics> SundialsEngine<D> {
+impl SundialsEngine {
     pub(super) fn new(
-        dynamics: Arc<D>,
+        dynamics: Arc<SystemDynamics>,
         chosen: &ChosenSolver,
-        segment: &EngineSegment<'_, D::Location>,
-    ) -> Result<Self, EngineError> {
+        segment: &EngineSegment<'_>,
+    ) -> Result<Self, Error> {
         let flow = || Flow {
             dynamics: dynamics.clone(),
             location: segment.location,
@@ -53,7 +56,7 @@ impl<D: Dynamics> SundialsEngine<D> {
         };
         let state = segment.state.to_vec();
         Ok(SundialsEngine {
-            dips: Dips::new(&*dynamics, &segment.location, chosen),
+            dips: Dips::new(&dynamics, &segment.location, chosen),
             location: segment.location,
             origin: segment.start,
             span: segment.span(),
@@ -97,7 +100,7 @@ impl<D: Dynamics> SundialsEngine<D> {
     ///
     /// Without a probe it is the solver's root. With a probe, Newton's method on the repeated step refines the root of
     /// the dense output.
-    fn refine_root(&mut self, guard: usize) -> Result<f64, SolverError> {
+    fn refine_root(&mut self, guard: usize) -> Result<f64, Error> {
         let mut tau = self.step.solver.time();
         self.state.copy_from_slice(self.step.solver.state());
         if self.step.probe.is_none() {
@@ -134,8 +137,8 @@ impl<D: Dynamics> SundialsEngine<D> {
     }
 }
 
-impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
-    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+impl Engine for SundialsEngine {
+    fn begin(&mut self, segment: &EngineSegment<'_>, chosen: &ChosenSolver) -> Result<(), Error> {
         (self.location, self.origin, self.span) = (segment.location, segment.start, segment.span());
         self.tau = 0.0;
         self.state.copy_from_slice(segment.state);
@@ -163,12 +166,12 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
         step.solver.set_max_step(chosen.max_step)?;
         step.solver.set_stop_time(Some(self.span))?;
         (self.stop, self.fixed_step) = (self.span, chosen.fixed_step.is_some());
-        self.dips = Dips::new(&*self.dynamics, &segment.location, chosen);
+        self.dips = Dips::new(&self.dynamics, &segment.location, chosen);
         (self.tolerances, self.unresolved) = (chosen.tolerances.clone(), None);
         Ok(())
     }
 
-    fn advance(&mut self) -> Result<Advance, EngineError> {
+    fn advance(&mut self) -> Result<Advance, Error> {
         if self.tau > 0.0 {
             self.step.start = self.tau;
             self.step.start_state.copy_from_slice(&self.state);
@@ -196,7 +199,7 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
             }
         }
         let of = Of {
-            dynamics: &*self.dynamics,
+            dynamics: &self.dynamics,
             location: &self.location,
             origin: self.origin,
         };
@@ -222,8 +225,8 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
         &self.state
     }
 
-    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
-        Ok(self.step.state_at(tau.min(self.tau), out)?)
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error> {
+        self.step.state_at(tau.min(self.tau), out)
     }
 
     fn grazed(&mut self) -> Option<(f64, usize)> {
@@ -231,12 +234,12 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
         dip.or_else(|| self.unresolved.take())
     }
 
-    fn counters(&mut self) -> Result<Counters, EngineError> {
-        Ok(self.step.solver.counters()?)
+    fn counters(&mut self) -> Result<Counters, Error> {
+        self.step.solver.counters()
     }
 }
 
-fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Result<Solver<Flow<D>>, EngineError> {
+fn create(chosen: &ChosenSolver, flow: Flow, y: &[f64]) -> Result<Solver<Flow>, Error> {
     let method = match chosen.kind {
         SolverKind::Cvode { options, .. } => options.into(),
         SolverKind::Erk(table) => SolverMethod::Erk {
@@ -244,7 +247,7 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
             fixed_step: chosen.fixed_step,
         },
         SolverKind::Esdirk => SolverMethod::ESDIRK,
-        SolverKind::ClosedForm | SolverKind::Series | SolverKind::Rk4 => return Err(EngineError::Missing),
+        SolverKind::ClosedForm | SolverKind::Series | SolverKind::Rk4 => return Err(Error::no_such_solver()),
     };
-    Ok(Solver::new(flow, method, 0.0, y, &chosen.tolerances)?)
+    Solver::new(flow, method, 0.0, y, &chosen.tolerances)
 }

@@ -16,13 +16,11 @@
 //! ([`super::rounding`]); unit deviations since a loss of stability measure growth. Growth restarts if an earlier one
 //! has died out, or if an event replaces the state.
 
-use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation};
 use super::rounding::{Rounded, RoundingVariance};
 use super::rules::SystemRules;
-use crate::hybrid::{
-    Advance, ChosenSolver, Dynamics as _, Engine, EngineError, EngineSegment, Fired, Rules, SolverKind, StateAt,
-    Transition,
-};
+use crate::Error;
+use crate::hybrid::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation};
+use crate::hybrid::{Advance, ChosenSolver, Engine, EngineSegment, Fired, Rules, SolverKind, StateAt, Transition};
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::ops::{AddAssign, Range};
@@ -33,8 +31,6 @@ use stickslip_system::model::slow_manifold::{Slip, has_slow_manifold, on_slow_ma
 use stickslip_system::numerics::eigenvalues::eigenvalues;
 use stickslip_system::numerics::radau::RadauTableau;
 use stickslip_system::record::EventKind;
-
-type EventTransition = Transition<EventKind, SystemLocation>;
 
 /// Radau IIA with these stages has order 13.
 const STAGES: usize = 7;
@@ -302,7 +298,7 @@ impl Carried {
         origin: f64,
         (from, to, kind): (f64, f64, VariationSteps),
         at: &mut StateAt<'_>,
-    ) -> Result<(), EngineError> {
+    ) -> Result<(), Error> {
         let (n, dimension) = (self.moving, self.dynamics.dimension());
         let mut y = vec![0.0; dimension];
         at(to, &mut y)?;
@@ -397,7 +393,7 @@ impl Carried {
         location: &SystemLocation,
         t: f64,
         fired: Option<(Fired, f64)>,
-        transitions: &[EventTransition],
+        transitions: &[Transition],
         change: &mut [f64],
     ) {
         let reaches = |mode: Mode| location.mode != mode && transitions.iter().any(|one| one.location.mode == mode);
@@ -419,13 +415,7 @@ impl Carried {
     }
 
     /// A kick is added to the slow manifold, at the point with the state's momentum.
-    fn replaced(
-        &self,
-        location: &SystemLocation,
-        t: f64,
-        y: &[f64],
-        transitions: &[EventTransition],
-    ) -> Option<Replaced> {
+    fn replaced(&self, location: &SystemLocation, t: f64, y: &[f64], transitions: &[Transition]) -> Option<Replaced> {
         let SystemDynamics { system, excitation, .. } = &*self.dynamics;
         let kick = transitions.iter().find(|one| one.kind == Some(EventKind::Kick))?;
         let kept = system.twist_rates().all(|rate| kick.state[rate - 1] == y[rate - 1]);
@@ -487,8 +477,8 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 /// State after the transitions, if there are as many as in the run and, with `same_events`, of the same kinds. Without
 /// `same_events` a copy may decide otherwise about the contact at rest, as near a border between two event sequences;
 /// the surfaces have the same state then.
-fn state_after(transitions: &[EventTransition], kinds: &[Option<EventKind>], same_events: bool) -> Option<Vec<f64>> {
-    let alike = |(one, kind): (&EventTransition, &Option<EventKind>)| one.kind == *kind;
+fn state_after(transitions: &[Transition], kinds: &[Option<EventKind>], same_events: bool) -> Option<Vec<f64>> {
+    let alike = |(one, kind): (&Transition, &Option<EventKind>)| one.kind == *kind;
     let same = transitions.len() == kinds.len() && (!same_events || transitions.iter().zip(kinds).all(alike));
     transitions.last().filter(|_| same).map(|last| last.state.clone())
 }
@@ -508,7 +498,7 @@ struct EventInstant<'a> {
     location: &'a SystemLocation,
     t: f64,
     y: &'a [f64],
-    transitions: &'a [EventTransition],
+    transitions: &'a [Transition],
 }
 
 impl Carried {
@@ -519,7 +509,7 @@ impl Carried {
         event: &EventInstant<'_>,
         fired: Option<Fired>,
         mut shift: impl FnMut(&Self, &mut VariationColumn, &DVector<f64>) -> f64,
-        mut of_copy: impl FnMut(&mut MovedCopy) -> Vec<EventTransition>,
+        mut of_copy: impl FnMut(&mut MovedCopy) -> Vec<Transition>,
     ) {
         let Some(last) = event.transitions.last() else { return };
         let kinds: Vec<Option<EventKind>> = event.transitions.iter().map(|one| one.kind).collect();
@@ -613,9 +603,7 @@ impl Carried {
     }
 }
 
-impl Rules<SystemDynamics> for CarryingRules {
-    type Kind = EventKind;
-
+impl Rules for CarryingRules {
     fn next_time_event(&mut self, location: &SystemLocation, t: f64) -> Option<f64> {
         let mut carried = locked(&self.carried);
         for column in &mut carried.columns {
@@ -626,7 +614,7 @@ impl Rules<SystemDynamics> for CarryingRules {
         self.own.next_time_event(location, t)
     }
 
-    fn at_time_event(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<EventTransition> {
+    fn at_time_event(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<Transition> {
         let transitions = self.own.at_time_event(location, t, y);
         if transitions.is_empty() {
             // The search for the next instant continues, also in the copies.
@@ -662,7 +650,7 @@ impl Rules<SystemDynamics> for CarryingRules {
         transitions
     }
 
-    fn at_guards(&mut self, location: &SystemLocation, t: f64, y: &[f64], fired: Fired) -> Vec<EventTransition> {
+    fn at_guards(&mut self, location: &SystemLocation, t: f64, y: &[f64], fired: Fired) -> Vec<Transition> {
         let transitions = self.own.at_guards(location, t, y, fired);
         let event = EventInstant {
             location,
@@ -699,7 +687,7 @@ impl Rules<SystemDynamics> for CarryingRules {
         self.own.solver(location, t, y)
     }
 
-    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<SystemLocation>>> {
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine>> {
         let own = self.own.engine(kind)?;
         Some(Box::new(CarryingEngine {
             own,
@@ -708,32 +696,24 @@ impl Rules<SystemDynamics> for CarryingRules {
             place: None,
         }))
     }
-
-    fn counts(&self, kind: &EventKind) -> bool {
-        self.own.counts(kind)
-    }
-
-    fn chatter_window(&self) -> f64 {
-        self.own.chatter_window()
-    }
 }
 
 struct CarryingEngine {
-    own: Box<dyn Engine<SystemLocation>>,
+    own: Box<dyn Engine>,
     carried: Arc<Mutex<Carried>>,
     is_series: bool,
     place: Option<(SystemLocation, f64, f64)>,
 }
 
-impl Engine<SystemLocation> for CarryingEngine {
-    fn begin(&mut self, segment: &EngineSegment<'_, SystemLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+impl Engine for CarryingEngine {
+    fn begin(&mut self, segment: &EngineSegment<'_>, chosen: &ChosenSolver) -> Result<(), Error> {
         self.place = Some((segment.location, segment.start, segment.stop));
         let mut carried = locked(&self.carried);
         carried.measure(&segment.location, segment.start, segment.state, true);
         self.own.begin(segment, chosen)
     }
 
-    fn advance(&mut self) -> Result<Advance, EngineError> {
+    fn advance(&mut self) -> Result<Advance, Error> {
         let from = self.own.time();
         let advance = self.own.advance()?;
         let to = self.own.time();
@@ -763,7 +743,7 @@ impl Engine<SystemLocation> for CarryingEngine {
         self.own.state()
     }
 
-    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error> {
         self.own.state_at(tau, out)
     }
 
@@ -775,7 +755,7 @@ impl Engine<SystemLocation> for CarryingEngine {
         self.own.grazed()
     }
 
-    fn counters(&mut self) -> Result<Counters, EngineError> {
+    fn counters(&mut self) -> Result<Counters, Error> {
         self.own.counters()
     }
 }

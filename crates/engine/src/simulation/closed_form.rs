@@ -1,7 +1,8 @@
 //! Stick and separation in closed form, for the automaton.
 
-use super::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation};
-use crate::hybrid::{Advance, ChosenSolver, Dynamics as _, Engine, EngineError, EngineSegment, Fired};
+use crate::Error;
+use crate::hybrid::dynamics::{GUARD_FORWARD, SystemDynamics, SystemLocation};
+use crate::hybrid::{Advance, ChosenSolver, Engine, EngineSegment, Fired};
 use crate::sundials::Counters;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -95,8 +96,8 @@ impl ClosedFormEngine {
     }
 }
 
-impl Engine<SystemLocation> for ClosedFormEngine {
-    fn begin(&mut self, segment: &EngineSegment<'_, SystemLocation>, _: &ChosenSolver) -> Result<(), EngineError> {
+impl Engine for ClosedFormEngine {
+    fn begin(&mut self, segment: &EngineSegment<'_>, _: &ChosenSolver) -> Result<(), Error> {
         self.location = Some(segment.location);
         self.span = (segment.start, segment.stop);
         self.start.copy_from_slice(segment.state);
@@ -105,8 +106,8 @@ impl Engine<SystemLocation> for ClosedFormEngine {
         Ok(())
     }
 
-    fn advance(&mut self) -> Result<Advance, EngineError> {
-        let location = self.location.ok_or(EngineError::Missing)?;
+    fn advance(&mut self) -> Result<Advance, Error> {
+        let location = self.location.ok_or_else(Error::no_such_solver)?;
         let (start, stop) = self.span;
         let span = stop - start;
         let (after, advance) = match self.dynamics.breakaway(&location, start, &self.start, span) {
@@ -131,13 +132,13 @@ impl Engine<SystemLocation> for ClosedFormEngine {
         &self.state
     }
 
-    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
-        let location = self.location.ok_or(EngineError::Missing)?;
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error> {
+        let location = self.location.ok_or_else(Error::no_such_solver)?;
         self.dynamics.closed_state(&location, &self.start, tau, out);
         Ok(())
     }
 
-    fn counters(&mut self) -> Result<Counters, EngineError> {
+    fn counters(&mut self) -> Result<Counters, Error> {
         Ok(Counters::default())
     }
 }

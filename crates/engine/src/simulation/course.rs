@@ -5,7 +5,6 @@ use super::plan::SystemPlan;
 use super::portrait::{shown, state_of};
 use super::state_readings::{Further, StateReadings, further_names};
 use super::{SystemDynamics, SystemLocation};
-use crate::hybrid::Dynamics as _;
 use crate::simulation::options::SolverOptions;
 use crate::simulation::readings::Readings as _;
 use std::f64::consts::TAU;

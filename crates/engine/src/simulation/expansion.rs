@@ -27,8 +27,8 @@
 //! # }
 //! ```
 
-use super::dynamics::SystemLocation;
-use super::excitation::{Excitation, OutsideSeries};
+use crate::hybrid::dynamics::SystemLocation;
+use crate::hybrid::excitation::{Excitation, OutsideSeries};
 use stickslip_system::friction::{Factors, FrictionSeries, Law, LawSeries};
 use stickslip_system::model::axial::Ringing;
 use stickslip_system::model::equations::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, SystemEquations, WORK};

@@ -1,10 +1,11 @@
 //! Dense output: polynomials of every channel, fitted piece by piece during the run.
 
 use super::options::OutputOptions;
+use crate::Error;
 use nalgebra::DMatrix;
 use stickslip_system::model::Mode;
 use stickslip_system::numerics::chebyshev::{self, COEFFICIENTS};
-use stickslip_system::record::{DensePiece, Recorder, RecorderError, channel};
+use stickslip_system::record::{DensePiece, Recorder, channel};
 
 /// A piece is resolved if the last two coefficients of each channel are below this share of the channel's largest
 /// value so far,
@@ -72,7 +73,7 @@ pub(super) struct FollowerState<'a> {
     pub mode: Mode,
     pub segment: u32,
     /// State, channels without products, and further values at a time.
-    pub row: &'a mut dyn FnMut(f64) -> Result<Vec<f64>, RecorderError>,
+    pub row: &'a mut dyn FnMut(f64) -> Result<Vec<f64>, Error>,
 }
 
 impl Follower {
@@ -110,7 +111,7 @@ impl Follower {
         to: f64,
         at: &mut FollowerState<'_>,
         recorder: &mut dyn Recorder,
-    ) -> Result<(), RecorderError> {
+    ) -> Result<(), Error> {
         let mut start = from;
         while start < to {
             let wish = if self.next > 0.0 { self.next } else { self.first };
@@ -131,7 +132,7 @@ impl Follower {
         mut end: f64,
         at: &mut FollowerState<'_>,
         recorder: &mut dyn Recorder,
-    ) -> Result<f64, RecorderError> {
+    ) -> Result<f64, Error> {
         let (mut coefficients, mut rough) = self.fitted(start, end, at)?;
         while !self.is_smooth(end - start, rough) {
             let middle = start + 0.5 * (end - start);
@@ -192,7 +193,7 @@ impl Follower {
         })
     }
 
-    fn close(&mut self, piece: &KeptState, recorder: &mut dyn Recorder) -> Result<(), RecorderError> {
+    fn close(&mut self, piece: &KeptState, recorder: &mut dyn Recorder) -> Result<(), Error> {
         if self.pieces_left == 0 {
             return Ok(());
         }
@@ -203,25 +204,21 @@ impl Follower {
                 piece.end
             );
         }
-        recorder.piece(&DensePiece {
+        let piece = DensePiece {
             start: piece.start,
             end: piece.end,
             mode: piece.mode,
             segment: piece.segment,
             coefficients: piece.coefficients.as_slice(),
-        })
+        };
+        recorder.piece(&piece).map_err(Error::recorder)
     }
 
-    pub(super) fn finish(&mut self, recorder: &mut dyn Recorder) -> Result<(), RecorderError> {
+    pub(super) fn finish(&mut self, recorder: &mut dyn Recorder) -> Result<(), Error> {
         self.open.take().map_or(Ok(()), |piece| self.close(&piece, recorder))
     }
 
-    fn fitted(
-        &mut self,
-        start: f64,
-        end: f64,
-        at: &mut FollowerState<'_>,
-    ) -> Result<(DMatrix<f64>, f64), RecorderError> {
+    fn fitted(&mut self, start: f64, end: f64, at: &mut FollowerState<'_>) -> Result<(DMatrix<f64>, f64), Error> {
         let times = chebyshev::nodes(start, end);
         let mut columns = DMatrix::zeros(0, 0);
         for (k, &t) in times.iter().enumerate() {

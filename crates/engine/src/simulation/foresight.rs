@@ -5,11 +5,11 @@
 //! contact damping in the step. The slow modes limit the step, so that a resolved mode may grow. The prediction decides
 //! about steps only, and never enters a result.
 
-use super::dynamics::{SystemDynamics, SystemLocation};
 use super::plan::sizes;
 use super::regime::{QUIET_E_FOLDS, REPLAN_PERIODS};
 use super::series::collocation::SlipProblem;
 use super::series::{STAGES, tableau};
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use stickslip_system::friction::{Bounds, Law};

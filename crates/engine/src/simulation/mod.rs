@@ -4,8 +4,6 @@
 //! |---|---|
 //! | `options` | methods, tolerances, recorded times |
 //! | `simulate` | a run, from its start to its record |
-//! | `excitation` | signals and normal force as functions of time |
-//! | `dynamics` | locations, guards and equations for the automaton |
 //! | `rules` | effects of guards and time events |
 //! | `regime` | where steps must resolve the fast modes |
 //! | `plan` | solver and tolerances of each location |
@@ -26,8 +24,6 @@
 mod carried;
 mod closed_form;
 mod course;
-mod dynamics;
-mod excitation;
 pub mod expansion;
 mod follower;
 mod foresight;
@@ -50,18 +46,17 @@ mod state_readings;
 pub mod stepping;
 mod variation;
 
+pub use crate::hybrid::{Excitation, MarginWatch, SystemDynamics, SystemLocation};
 pub use carried::deviation_weights;
 pub use closed_form::ClosedFormEngine;
 pub use course::{Course, CourseQuantity, TrainPart, TrainSide};
 pub use course::{TERMS, is_short};
-pub use dynamics::{MarginWatch, SystemDynamics, SystemLocation};
-pub use excitation::Excitation;
 pub(crate) use options::FORESEEN_STEPS;
 pub use plan::single_method;
 pub use portrait::Section;
 pub use portrait::{PortraitPoint, portrait, position_of};
 pub use shot::{Border, Margin, ShotPhase};
-pub use shot::{Peak, Shot, ShotError, WantedResults, shoot};
+pub use shot::{Peak, Shot, WantedResults, shoot};
 pub use simulate::natural_period;
 pub use simulate::{Simulation, further, simulate, simulate_from, solver_settings};
 pub use sliding::{moving_state, sliding, state_of_parts, stated_start, weights};
@@ -69,35 +64,27 @@ pub use state_readings::Further;
 pub use variation::{MovedCases, MovedSystem, Variation, variation};
 
 pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
-pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};
+pub use report::{Grazing, RunFailure, RunReport, SolverWork};
 
-use crate::hybrid::{self, Dynamics, Limits, Rules, RunError, Start};
+use crate::Error;
+use crate::hybrid::{self, Limits, Rules, Start};
 use observer::Recording;
-use readings::Readings;
+use state_readings::StateReadings;
 use std::sync::Arc;
-use stickslip_system::record::EventKind;
 
-/// This many transitions within a twentieth of the natural period are chattering.
-const CHATTER_COUNT: usize = 32;
-
-fn automaton<D, R, V>(
-    dynamics: &Arc<D>,
-    rules: &mut R,
-    start: Start<D::Location>,
+fn automaton(
+    dynamics: &Arc<SystemDynamics>,
+    (rules, chatter_window): (&mut dyn Rules, f64),
+    start: Start,
     solver: &SolverOptions,
     output: &OutputOptions,
-    mut recording: Recording<'_, V>,
-) -> (Result<(), RunError>, RunReport)
-where
-    D: Dynamics<Location = V::Place>,
-    R: Rules<D, Kind = EventKind>,
-    V: Readings,
-{
+    mut recording: Recording<'_, StateReadings<'_>>,
+) -> (Result<(), Error>, RunReport) {
     // A user who sets the length or number of steps knows how many steps there are.
     let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
     let limits = Limits {
         max_events: solver.max_events,
-        chatter_count: CHATTER_COUNT,
+        chatter_window,
         max_steps: solver.max_steps.map(|steps| steps as u64),
         foreseen_steps: foresee.then_some(FORESEEN_STEPS),
     };
@@ -109,10 +96,7 @@ where
     // Pending rows are handed on even after a failure.
     let flushed = recording.flush();
     let mut report = recording.into_report();
-    let result = result.and_then(|finish| match flushed {
-        Ok(()) => Ok(finish),
-        Err(error) => Err(RunError::observed(error, || dynamics.describe(&finish.location))),
-    });
+    let result = result.and_then(|finish| flushed.map(|()| finish));
     let result = result.map(|finish| {
         report.end = finish.time;
         report.interrupted = finish.interrupted;

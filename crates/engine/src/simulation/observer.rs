@@ -2,10 +2,11 @@
 
 use super::follower::{Follower, FollowerState};
 use super::options::{OutputOptions, SolverOptions};
-use super::readings::{ReadingPlace, Readings};
-use super::report::{Grazing, Progress, RunReport, SolverWork};
+use super::readings::Readings;
+use super::report::{Grazing, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
-use crate::hybrid::{Guard, Observer, ObserverError, Overflow, RunError, SegmentReport, Start, StateAt};
+use crate::error::{Error, ErrorKind, ErrorPlace};
+use crate::hybrid::{Guard, Observer, SegmentReport, Start, StateAt, SystemLocation};
 use crate::sundials::Counters;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -13,11 +14,12 @@ use stickslip_system::model::Mode;
 use stickslip_system::record::{
     Channels, Event, EventDigest, EventKind, RecordedChannel, Recorder, Sample, Segment, State, channel,
 };
+use stickslip_system::watch::Watch;
 
 pub(super) struct Recording<'a, R> {
     readings: R,
     recorder: &'a mut dyn Recorder,
-    control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &'a dyn Watch,
     times: SampleTimes,
     around: Option<TimesAround>,
     follower: Option<Follower>,
@@ -35,12 +37,31 @@ pub(super) struct Recording<'a, R> {
     further: Vec<f64>,
 }
 
-fn overflow(time: f64, channels: &[RecordedChannel], values: &[f64]) -> Result<(), Overflow> {
-    let found = channels.iter().zip(values).find(|(_, value)| !value.is_finite());
-    found.map_or(Ok(()), |(channel, &value)| {
-        let what = channel.name;
-        Err(Overflow { time, what, value })
-    })
+impl ErrorPlace {
+    fn at(time: f64, location: &SystemLocation) -> ErrorPlace {
+        let mode = location.mode;
+        ErrorPlace { time, mode }
+    }
+
+    fn check(self, what: &str, value: f64) -> Result<(), Error> {
+        match value.is_finite() {
+            true => Ok(()),
+            false => Err(self.error(
+                ErrorKind::Overflow,
+                "a value is not finite",
+                format!(": {what} is {value}"),
+            )),
+        }
+    }
+
+    fn check_all(self, channels: &[RecordedChannel], values: &[f64]) -> Result<(), Error> {
+        let mut pairs = channels.iter().zip(values);
+        pairs.try_for_each(|(channel, value)| self.check(channel.name, *value))
+    }
+
+    fn check_state(self, state: &State) -> Result<(), Error> {
+        self.check_all(State::CHANNELS, &state.values())
+    }
 }
 
 fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) -> Channels {
@@ -52,24 +73,20 @@ fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) ->
     c
 }
 
-fn check_state(time: f64, state: &State) -> Result<(), Overflow> {
-    overflow(time, State::CHANNELS, &state.values())
-}
-
 impl<'a, R: Readings> Recording<'a, R> {
     pub(super) fn new(
         readings: R,
         digest: EventDigest,
         (solver, output): (&SolverOptions, &OutputOptions),
         recorder: &'a mut dyn Recorder,
-        control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
-        start: &Start<R::Place>,
+        watch: &'a dyn Watch,
+        start: &Start,
     ) -> Self {
         let (_, channels) = readings.read(start.time, &start.location, &start.state);
         Recording {
             readings,
             recorder,
-            control,
+            watch,
             times: SampleTimes::new(output),
             around: None,
             follower: None,
@@ -108,7 +125,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         }
     }
 
-    pub(super) fn flush(&mut self) -> Result<(), ObserverError> {
+    pub(super) fn flush(&mut self) -> Result<(), Error> {
         self.follower
             .as_mut()
             .map_or(Ok(()), |follower| follower.finish(self.recorder))
@@ -118,13 +135,12 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.times.begin_at(t);
     }
 
-    pub(super) fn in_time(&self, time: f64, location: &R::Place) -> Result<(), RunError> {
+    pub(super) fn in_time(&self, time: f64, location: &SystemLocation) -> Result<(), Error> {
         match self.wall_time.filter(|_| self.out_of_time) {
-            Some(budget) => Err(RunError::OutOfTime {
-                time,
-                budget,
-                location: format!("mode {}", location.mode().name()),
-            }),
+            Some(budget) => {
+                let what = format!("the budget of {budget} s of wall time is used up");
+                Err(ErrorPlace::at(time, location).error(ErrorKind::OutOfTime, &what, ""))
+            }
             None => Ok(()),
         }
     }
@@ -133,9 +149,9 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.report
     }
 
-    fn complete(&mut self, t: f64, channels: Channels) -> Result<Channels, Overflow> {
+    fn complete(&mut self, place: ErrorPlace, channels: Channels) -> Result<Channels, Error> {
         let channels = with_history(channels, self.work_perturbation, self.report.initial_energy);
-        overflow(t, Channels::CHANNELS, &channels.values())?;
+        place.check_all(Channels::CHANNELS, &channels.values())?;
         let c = &channels;
         let held = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping;
         let report = &mut self.report;
@@ -145,7 +161,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         Ok(channels)
     }
 
-    fn record(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+    fn record(&mut self, t: f64, location: &SystemLocation, y: &[f64]) -> Result<(), Error> {
         if t <= self.last_sample {
             return Ok(());
         }
@@ -157,37 +173,41 @@ impl<'a, R: Readings> Recording<'a, R> {
             self.segments
         };
         let (state, channels) = self.readings.read(t, location, y);
-        check_state(t, &state)?;
-        let channels = self.complete(t, channels)?;
+        let place = ErrorPlace::at(t, location);
+        place.check_state(&state)?;
+        let channels = self.complete(place, channels)?;
         let sample = Sample {
             time: t,
-            mode: location.mode(),
+            mode: location.mode,
             segment,
             state,
             channels,
         };
         self.further.clear();
         self.readings.further(t, location, y, &mut self.further);
-        self.recorder.further(&self.further)?;
-        self.recorder.sample(&sample)
+        let taken = self.recorder.further(&self.further);
+        taken
+            .and_then(|()| self.recorder.sample(&sample))
+            .map_err(Error::recorder)
     }
 
     /// Hands over a state without a row, so that the record does not depend on it.
-    fn strobe(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+    fn strobe(&mut self, t: f64, location: &SystemLocation, y: &[f64]) -> Result<(), Error> {
         let (state, _) = self.readings.read(t, location, y);
         self.further.clear();
         self.readings.further(t, location, y, &mut self.further);
-        self.recorder.further(&self.further)?;
-        self.recorder.strobe(t, location.mode(), state.relative_velocity)
+        let taken = self.recorder.further(&self.further);
+        let strobe = taken.and_then(|()| self.recorder.strobe(t, location.mode, state.relative_velocity));
+        strobe.map_err(Error::recorder)
     }
 
     pub(super) fn end_segment(
         &mut self,
         span: (f64, f64),
-        location: &R::Place,
+        location: &SystemLocation,
         solver: &'static str,
         c: &Counters,
-    ) -> Result<(), ObserverError> {
+    ) -> Result<(), Error> {
         let (start, end) = span;
         if let Some(follower) = &mut self.follower {
             follower.segment_ended();
@@ -212,23 +232,15 @@ impl<'a, R: Readings> Recording<'a, R> {
         row.steps += c.steps;
         row.rhs_evaluations += c.rhs_evaluations;
         row.jacobian_evaluations += c.jacobian_evaluations;
-        self.recorder.segment(&Segment {
+        let segment = Segment {
             start,
             end,
-            mode: location.mode(),
+            mode: location.mode,
             solver,
-            resolved: Some(location.resolved()),
-            steps: c.steps,
-            rhs_evaluations: c.rhs_evaluations,
-            jacobian_evaluations: c.jacobian_evaluations,
-            linear_solver_setups: c.linear_solver_setups,
-            error_test_failures: c.error_test_failures,
-            nonlinear_iterations: c.nonlinear_iterations,
-            nonlinear_convergence_failures: c.nonlinear_convergence_failures,
-            root_evaluations: c.root_evaluations,
-            last_order: c.last_order,
-            last_step: c.last_step,
-        })
+            resolved: Some(location.resolved),
+            counters: *c,
+        };
+        self.recorder.segment(&segment).map_err(Error::recorder)
     }
 
     /// Whether the present sample is the run's last, which comes after the report of the last segment.
@@ -237,13 +249,13 @@ impl<'a, R: Readings> Recording<'a, R> {
     }
 }
 
-impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
+impl<R: Readings> Observer for Recording<'_, R> {
     fn next_sample_time(&self) -> f64 {
         let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
         self.times.next.min(around).min(self.recorder.next_strobe())
     }
 
-    fn sample(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+    fn sample(&mut self, t: f64, location: &SystemLocation, y: &[f64]) -> Result<(), Error> {
         if t == self.recorder.next_strobe() {
             self.strobe(t, location, y)?;
             let around = self.around.as_ref().map_or(f64::INFINITY, |around| around.next);
@@ -264,7 +276,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.steps
     }
 
-    fn step(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
+    fn step(&mut self, t: f64, location: &SystemLocation, y: &[f64]) -> Result<(), Error> {
         self.record(t, location, y)
     }
 
@@ -272,7 +284,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.follower.as_ref().is_some_and(Follower::wants_inside)
     }
 
-    fn inside(&mut self, from: f64, to: f64, location: &R::Place, at: &mut StateAt<'_>) -> Result<(), ObserverError> {
+    fn inside(&mut self, from: f64, to: f64, location: &SystemLocation, at: &mut StateAt<'_>) -> Result<(), Error> {
         let Some(follower) = &mut self.follower else {
             return Ok(());
         };
@@ -289,7 +301,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
             Ok(row)
         };
         let mut at = FollowerState {
-            mode: location.mode(),
+            mode: location.mode,
             segment: self.segments,
             row: &mut row,
         };
@@ -300,9 +312,9 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         &mut self,
         t: f64,
         kind: EventKind,
-        before: (&R::Place, &[f64]),
-        after: (&R::Place, &[f64]),
-    ) -> Result<(), ObserverError> {
+        before: (&SystemLocation, &[f64]),
+        after: (&SystemLocation, &[f64]),
+    ) -> Result<(), Error> {
         if kind == EventKind::Kick {
             self.work_perturbation +=
                 self.readings.kinetic_energy(t, after.0, after.1) - self.readings.kinetic_energy(t, before.0, before.1);
@@ -313,29 +325,35 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         }
         let (state_after, _) = self.readings.read(t, after.0, after.1);
         // After a kick beyond the end of its mode, friction has the sense that the reversal begins.
-        let reversed = f64::from(after.0.mode().sense()) * state_after.relative_velocity < 0.0;
-        let place = match after.0.mode() {
-            Mode::SlipForward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipBackward),
-            Mode::SlipBackward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipForward),
-            _ => *after.0,
+        let reversed = f64::from(after.0.mode.sense()) * state_after.relative_velocity < 0.0;
+        let mode = match after.0.mode {
+            Mode::SlipForward if kind == EventKind::Kick && reversed => Mode::SlipBackward,
+            Mode::SlipBackward if kind == EventKind::Kick && reversed => Mode::SlipForward,
+            mode => mode,
         };
-        let (_, channels) = self.readings.read(t, &place, after.1);
-        self.complete(t, channels)?;
+        let location = match mode == after.0.mode {
+            true => *after.0,
+            false => SystemLocation {
+                mode,
+                sense: mode.sense(),
+                ..*after.0
+            },
+        };
+        let (_, channels) = self.readings.read(t, &location, after.1);
+        let place = ErrorPlace::at(t, before.0);
+        self.complete(place, channels)?;
         let event = Event {
             time: t,
             kind,
-            mode_after: after.0.mode(),
+            mode_after: after.0.mode,
             segment: self.segments.saturating_sub(1),
             before: self.readings.read(t, before.0, before.1).0,
             after: state_after,
             internal_force: self.readings.internal_force(t, before.0, before.1),
         };
-        check_state(t, &event.before)?;
-        check_state(t, &event.after)?;
-        if !event.internal_force.is_finite() {
-            let (what, value) = ("internal_force", event.internal_force);
-            return Err(Box::new(Overflow { time: t, what, value }));
-        }
+        place.check_state(&event.before)?;
+        place.check_state(&event.after)?;
+        place.check("internal_force", event.internal_force)?;
         if !self.recorder.stores_events() {
             self.report.events.push(event);
         }
@@ -343,12 +361,13 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.further.clear();
         self.readings.further(t, before.0, before.1, &mut self.further);
         self.readings.further(t, after.0, after.1, &mut self.further);
-        self.recorder.further(&self.further)?;
-        self.recorder.event(&event)?;
-        cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
+        let taken = self.recorder.further(&self.further);
+        let taken = taken.and_then(|()| self.recorder.event(&event));
+        let taken = taken.and_then(|()| cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle)));
+        taken.map_err(Error::recorder)
     }
 
-    fn grazed(&mut self, t: f64, _: &R::Place, guard: &Guard) {
+    fn grazed(&mut self, t: f64, _: &SystemLocation, guard: &Guard) {
         if !guard.ends_mode {
             return;
         }
@@ -360,22 +379,20 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.report.grazing.get_or_insert(first).count += 1;
     }
 
-    fn segment(&mut self, report: &SegmentReport<R::Place>) -> Result<(), ObserverError> {
+    fn segment(&mut self, report: &SegmentReport) -> Result<(), Error> {
         let span = (report.start, report.end);
         self.end_segment(span, &report.location, report.solver.name(), &report.counters)
     }
 
-    fn progress(&mut self, t: f64, location: &R::Place) -> ControlFlow<()> {
+    fn progress(&mut self, t: f64, location: &SystemLocation) -> ControlFlow<()> {
         if let Some(most) = self.wall_time
             && self.started.elapsed().as_secs_f64() > most
         {
             self.out_of_time = true;
             return ControlFlow::Break(());
         }
-        (self.control)(Progress {
-            time: t,
-            mode: location.mode(),
-            events: self.counted,
-        })
+        let (end_time, mode, events) = (self.times.end_time, location.mode.name(), self.counted);
+        let what = format_args!("t = {t:.6} s of {end_time} s, {mode}, {events} events");
+        self.watch.at(t, end_time, what)
     }
 }

@@ -1,8 +1,8 @@
 //! Solver and tolerances of each location of a system.
 
-use super::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use super::expansion::Expansion;
 use super::regime::{Regimes, Steps, Stride};
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation, VELOCITY_NOISE};
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::simulation::options::{Method, SolverOptions};
 use crate::sundials::{CvodeOptions, ShortSteps, Tolerances};
@@ -16,40 +16,56 @@ use stickslip_system::model::stability::least_fast_frequency;
 use stickslip_system::model::system::{End, System};
 use stickslip_system::numerics::polynomial_roots::first_falling;
 
-/// Relative tolerances in units of `rtol`. For SUNDIALS: the errors of some hundred steps between two events add up.
-const TIGHTENING: f64 = 0.01;
+/// A relative tolerance: a share of `rtol`, and its least value.
+#[derive(Clone, Copy)]
+struct Tightening(f64, f64);
+
+impl Tightening {
+    fn of(self, rtol: f64) -> f64 {
+        (self.0 * rtol).max(self.1)
+    }
+}
 
 /// Below this, step control fails by rounding.
 const SMALLEST: f64 = 1e-14;
 
-/// For CVODE and the implicit Runge-Kutta method, whose iterations end at the level of rounding.
-const SMALLEST_IMPLICIT: f64 = 1e-13;
-
-/// For smooth sliding that slows down by itself: errors there shift all events alike.
-const SLIDING_TIGHTENING: f64 = 0.049;
-
 /// With smaller tolerances steps of smooth sliding multiply, and their rounding adds up.
 const SMALLEST_SLIDING: f64 = 1e-12;
 
+/// For SUNDIALS: the errors of some hundred steps between two events add up.
+const EXPLICIT: Tightening = Tightening(0.01, SMALLEST);
+
+/// The iterations of implicit methods end at the level of rounding.
+const IMPLICIT: Tightening = Tightening(0.01, 1e-13);
+
+/// For smooth sliding that slows down by itself: errors there shift all events alike.
+const SLIDING: Tightening = Tightening(0.049, SMALLEST_SLIDING);
+
 /// For series in a slip that slows down by itself, in smooth sliding and with resolved fast modes: digits are cheap.
-const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
-const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
-const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
-const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+const SERIES_SLIDING: Tightening = Tightening(0.01, 1e-12);
+const SERIES_RESOLVED: Tightening = Tightening(1e-6, 1e-17);
 
 /// Relative tolerance of long steps of series in a slip that does not slow down by itself.
 const SERIES_STRIDING: f64 = 1e-14;
 
+/// Relative tolerance of other series.
+const SERIES_TOLERANCE: f64 = 1e-17;
+
 /// For `cvode`: a multistep method errs by some hundred tolerances in a hundred restarts; below [`SMALLEST`] the
 /// rounding of many short steps takes what the tolerance gives.
-const CVODE_TIGHTENING: f64 = 1e-4;
+const CVODE: Tightening = Tightening(1e-4, SMALLEST);
 
 /// For `cvode` in a system that does not slow down by itself (Adams, BDF): few steps lie between two events, their
 /// errors shift the phase of everything later, and rounding does not add up.
-const CVODE_ADAMS_TIGHTENING: f64 = 1e-5;
-const SMALLEST_ADAMS: f64 = 1e-15;
-const CVODE_BDF_TIGHTENING: f64 = 5e-6;
-const SMALLEST_BDF: f64 = 5e-16;
+const CVODE_ALONE_ADAMS: Tightening = Tightening(1e-5, 1e-15);
+const CVODE_ALONE_BDF: Tightening = Tightening(5e-6, 5e-16);
+
+/// For `cvode-bdf` without ringing: at order 2, in slip, two more digits would cost ten times the steps.
+const BDF_QUIET: Tightening = Tightening(1.0, 1e-13);
+
+/// For `cvode` with only the slow modes of stick and separation: only far later events follow, and the energies are
+/// sums.
+const CVODE_SLOW: Tightening = Tightening(1e-2, SMALLEST_SLIDING);
 
 /// Time after the start of a slip, in shortest periods, in which guards of `cvode` count as being on their allowed
 /// side. A multistep method begins with steps of 1e-11 s, after which the relative velocity is still below its
@@ -70,8 +86,6 @@ const CVODE_ADAMS: CvodeOptions = CvodeOptions {
     ..CvodeOptions::ADAMS
 };
 
-const SERIES_TOLERANCE: f64 = 1e-17;
-
 /// Size of the sliding angle, rad.
 const SLIP: f64 = 1.0;
 
@@ -91,13 +105,6 @@ const STRIDE: f64 = 5.0;
 /// Absolute tolerance of the slip displacement in strides of `cvode`, rad per `rtol`: nothing depends on it, and at
 /// order 2 it alone would keep the step below a stride.
 const STRIDING_SLIP: f64 = 20.0;
-
-/// For `cvode-bdf` without ringing: at order 2, in slip, two more digits would cost ten times the steps.
-const BDF_QUIET_TIGHTENING: f64 = 1.0;
-
-/// For `cvode` with only the slow modes of stick and separation: only far later events follow, and the energies are
-/// sums.
-const CVODE_SLOW_TIGHTENING: f64 = 1e-2;
 
 /// Absolute tolerances of energies and works in strides of `cvode`, per `rtol`; smaller ones would force steps below a
 /// stride.
@@ -123,7 +130,8 @@ pub(super) struct SystemPlan {
     absolute: Vec<Option<f64>>,
     max_step: Option<f64>,
     fixed_step: Option<f64>,
-    period: f64,
+    /// Period of the fastest motion, s; 1 if nothing moves by itself.
+    pub period: f64,
     stiff: bool,
     /// Whether sliding slows down by itself, to a margin of stability.
     slows_down: bool,
@@ -279,7 +287,7 @@ impl SystemPlan {
             integrates_linear_motion: self.method != Method::Series,
             stride: (self.method == Method::Cvode).then(|| Stride {
                 step: self.stride,
-                relative: (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
+                relative: CVODE.of(self.rtol),
             }),
         };
         let regimes = self.has_regimes.then(|| Regimes::new(&self.dynamics, end_time, steps));
@@ -375,27 +383,21 @@ impl SystemPlan {
             Method::Paper => unreachable!("the paper's procedure steps by itself"),
         };
         let relative = match kind {
-            SolverKind::Series if !location.resolved && self.slows_down => {
-                (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
-            }
-            SolverKind::Series if self.slows_down => {
-                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
-            }
+            SolverKind::Series if !location.resolved && self.slows_down => SERIES_SLIDING.of(self.rtol),
+            SolverKind::Series if self.slows_down => SERIES_RESOLVED.of(self.rtol),
             SolverKind::Series if !location.resolved => SERIES_STRIDING,
             SolverKind::Series | SolverKind::ClosedForm => SERIES_TOLERANCE,
-            _ if strides && self.method == Method::Cvode => (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
-            _ if !location.resolved && self.method == Method::CvodeBdf => {
-                (BDF_QUIET_TIGHTENING * self.rtol).max(SMALLEST_IMPLICIT)
-            }
-            _ if !location.resolved && self.method == Method::Cvode => {
-                (CVODE_SLOW_TIGHTENING * self.rtol).max(SMALLEST_SLIDING)
-            }
-            _ if !location.resolved => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
-            SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
-            _ if self.method == Method::Cvode && self.has_regimes => (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
-            _ if self.method == Method::Cvode && implicit => (CVODE_BDF_TIGHTENING * self.rtol).max(SMALLEST_BDF),
-            _ if self.method == Method::Cvode => (CVODE_ADAMS_TIGHTENING * self.rtol).max(SMALLEST_ADAMS),
-            _ => (TIGHTENING * self.rtol).max(SMALLEST_IMPLICIT),
+            _ if strides && self.method == Method::Cvode => CVODE.of(self.rtol),
+            _ if !location.resolved => match self.method {
+                Method::CvodeBdf => BDF_QUIET.of(self.rtol),
+                Method::Cvode => CVODE_SLOW.of(self.rtol),
+                _ => SLIDING.of(self.rtol),
+            },
+            SolverKind::Erk(_) => EXPLICIT.of(self.rtol),
+            _ if self.method != Method::Cvode => IMPLICIT.of(self.rtol),
+            _ if self.has_regimes => CVODE.of(self.rtol),
+            _ if implicit => CVODE_ALONE_BDF.of(self.rtol),
+            _ => CVODE_ALONE_ADAMS.of(self.rtol),
         };
         let takes_fixed = matches!(kind, SolverKind::Erk(_) | SolverKind::Rk4);
         let fixed_step = self.fixed_step.filter(|_| takes_fixed);
@@ -450,11 +452,6 @@ impl SystemPlan {
             max_step: longest.filter(|_| fixed_step.is_none()),
             fixed_step,
         }
-    }
-
-    /// Time within which [`CHATTER_COUNT`](super::CHATTER_COUNT) transitions are chattering, s.
-    pub fn chatter_window(&self) -> f64 {
-        0.05 * self.period
     }
 }
 

@@ -3,7 +3,8 @@
 use super::plan::SystemPlan;
 use super::rules::SystemRules;
 use super::{SystemDynamics, SystemLocation};
-use crate::hybrid::{self, Limits, Observer, ObserverError, RunError, SegmentReport, Start};
+use crate::Error;
+use crate::hybrid::{self, Limits, Observer, SegmentReport, Start};
 use crate::simulation::options::{Method, SolverOptions};
 use std::sync::Arc;
 use stickslip_system::model::Mode;
@@ -120,12 +121,12 @@ impl Points<'_> {
     }
 }
 
-impl Observer<SystemLocation, EventKind> for Points<'_> {
+impl Observer for Points<'_> {
     fn next_sample_time(&self) -> f64 {
         (self.start + self.count * self.interval).min(self.end)
     }
 
-    fn sample(&mut self, t: f64, location: &SystemLocation, y: &[f64]) -> Result<(), ObserverError> {
+    fn sample(&mut self, t: f64, location: &SystemLocation, y: &[f64]) -> Result<(), Error> {
         if t >= self.end {
             self.count = f64::INFINITY;
             self.end = f64::INFINITY;
@@ -141,13 +142,13 @@ impl Observer<SystemLocation, EventKind> for Points<'_> {
         _: EventKind,
         before: (&SystemLocation, &[f64]),
         after: (&SystemLocation, &[f64]),
-    ) -> Result<(), ObserverError> {
+    ) -> Result<(), Error> {
         self.add(t, before.0, before.1);
         self.add(t, after.0, after.1);
         Ok(())
     }
 
-    fn segment(&mut self, _: &SegmentReport<SystemLocation>) -> Result<(), ObserverError> {
+    fn segment(&mut self, _: &SegmentReport) -> Result<(), Error> {
         Ok(())
     }
 }
@@ -185,7 +186,7 @@ const INTERVALS: (f64, f64) = (4000.0, 400_000.0);
 ///
 /// # Errors
 /// Errors of a run.
-pub fn portrait(system: &System, threshold: f64, section: &Section, period: f64) -> Result<Portrait, RunError> {
+pub fn portrait(system: &System, threshold: f64, section: &Section, period: f64) -> Result<Portrait, Error> {
     let dynamics = Arc::new(SystemDynamics::new(system, threshold));
     let state = state_of(&dynamics, &section.further);
     let stretch = dynamics.excitation.stretch(section.time);
@@ -222,7 +223,7 @@ pub fn portrait(system: &System, threshold: f64, section: &Section, period: f64)
     };
     let limits = Limits {
         max_events: 10_000,
-        chatter_count: super::CHATTER_COUNT,
+        chatter_window: rules.chatter_window(),
         max_steps: None,
         foreseen_steps: Some(super::FORESEEN_STEPS),
     };

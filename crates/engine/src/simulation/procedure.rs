@@ -10,19 +10,21 @@
 //! speed, as (4) has one speed; the torque in (10) follows the case's `contact.breakaway_test`. Steps are shortened for
 //! kicks only.
 
+use super::Simulation;
 use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::AbsoluteReadings;
-use super::report::{Progress, RunFailure, RunReport};
+use super::report::{RunFailure, RunReport};
+use super::rules::beyond_the_law;
 use super::stepping::ExplicitStep;
-use super::{MarginWatch, Simulation};
-use crate::hybrid::{Observer, ObserverError, RunError, Start};
+use crate::error::{Error, ErrorPlace};
+use crate::hybrid::{MarginWatch, Observer, Start, SystemLocation};
 use crate::sundials::{Counters, ErkTable};
-use std::ops::ControlFlow;
 use stickslip_system::friction::Law;
 use stickslip_system::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
 use stickslip_system::model::{KickTime, Mode};
 use stickslip_system::record::{EventDigest, EventKind, Recorder};
+use stickslip_system::watch::Watch;
 
 pub(crate) const PAIR: ErkTable = ErkTable::DormandPrince7s45;
 
@@ -79,11 +81,11 @@ pub(crate) fn run(
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<RunReport, Box<RunFailure>> {
     let system = problem.system;
     let Some(model) = AbsoluteModel::new(system) else {
-        let error = RunError::Refused(FOREIGN);
+        let error = Error::refused(FOREIGN);
         let report = RunReport::default();
         return Err(Box::new(RunFailure { error, report }));
     };
@@ -105,18 +107,20 @@ pub(crate) fn run(
         }
     }
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let watch = if mode == Mode::Stick {
-        MarginWatch::Off
-    } else {
-        MarginWatch::Stable
+    let location = SystemLocation {
+        watch: match mode {
+            Mode::Stick => MarginWatch::Off,
+            _ => MarginWatch::Stable,
+        },
+        ..SystemLocation::new(mode, 0)
     };
     let digest = EventDigest::new(Some(model.natural_period()));
     let start = Start {
         time: 0.0,
-        location: mode,
+        location,
         state: state.to_vec(),
     };
-    let recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
+    let recording = Recording::new(readings, digest, (solver, output), recorder, watch, &start);
     let mut run = ProcedureRun {
         model: &model,
         pair: ExplicitStep::new(PAIR.coefficients(), [0.0; DIMENSION]),
@@ -125,8 +129,7 @@ pub(crate) fn run(
         recording,
         time: 0.0,
         state,
-        mode,
-        watch,
+        location,
         kicks,
         next_kick: 0,
         waiting_kicks,
@@ -138,7 +141,7 @@ pub(crate) fn run(
         max_steps: solver.max_steps.map(|steps| steps as u64),
     };
     let result = match run.to(output.end_time) {
-        Ok(true) => run.recording.in_time(run.time, &run.mode).map(|()| true),
+        Ok(true) => run.recording.in_time(run.time, &run.location).map(|()| true),
         other => other,
     };
     let waiting = run.waiting_kicks.len();
@@ -163,8 +166,7 @@ struct ProcedureRun<'a> {
     recording: Recording<'a, AbsoluteReadings<'a>>,
     time: f64,
     state: AbsoluteState,
-    mode: Mode,
-    watch: MarginWatch,
+    location: SystemLocation,
     kicks: Vec<(f64, f64)>,
     next_kick: usize,
     waiting_kicks: Vec<f64>,
@@ -177,7 +179,7 @@ struct ProcedureRun<'a> {
 }
 
 impl ProcedureRun<'_> {
-    fn to(&mut self, end: f64) -> Result<bool, RunError> {
+    fn to(&mut self, end: f64) -> Result<bool, Error> {
         let mut proposed = self.settings.shortest_step;
         let mut steps = 0u64;
         while self.time < end {
@@ -194,35 +196,26 @@ impl ProcedureRun<'_> {
             self.state = self.pair.solution;
             proposed = next;
             self.samples(before, step)?;
-            self.check_finite()?;
+            self.place().check_finite(&self.state)?;
             self.check_law()?;
             self.end_of_step()?;
             steps += 1;
-            let mode = self.mode;
             if let Some(budget) = self.max_steps.filter(|&budget| steps > budget) {
-                return Err(RunError::TooManySteps {
-                    time: self.time,
-                    budget,
-                    location: describe(mode),
-                });
+                return Err(self.place().too_many_steps(budget));
             }
             if self.recording.wants_steps() && self.time < end {
-                self.recording
-                    .step(self.time, &mode, &self.state)
-                    .map_err(|error| observed(error, mode))?;
+                self.recording.step(self.time, &self.location, &self.state)?;
             }
-            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &mode).is_break() {
+            let asks = steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS);
+            if asks && self.recording.progress(self.time, &self.location).is_break() {
                 self.end_segment()?;
                 return Ok(true);
             }
         }
         self.end_segment()?;
         while self.recording.next_sample_time() <= end {
-            let mode = self.mode;
             let due = self.recording.next_sample_time();
-            self.recording
-                .sample(due, &mode, &self.state)
-                .map_err(|error| observed(error, mode))?;
+            self.recording.sample(due, &self.location, &self.state)?;
         }
         Ok(false)
     }
@@ -239,7 +232,7 @@ impl ProcedureRun<'_> {
         let mut step = proposed;
         loop {
             let taken = step.min(left);
-            let (model, mode) = (self.model, self.mode);
+            let (model, mode) = (self.model, self.location.mode);
             self.pair.take(self.time, &self.state, taken, |t, y, dydt| {
                 model.rhs(mode, t, y, dydt);
             });
@@ -270,8 +263,8 @@ impl ProcedureRun<'_> {
         }
     }
 
-    fn samples(&mut self, before: (f64, AbsoluteState), step: f64) -> Result<(), RunError> {
-        let (model, mode) = (self.model, self.mode);
+    fn samples(&mut self, before: (f64, AbsoluteState), step: f64) -> Result<(), Error> {
+        let (model, mode) = (self.model, self.location.mode);
         loop {
             let due = self.recording.next_sample_time();
             if due >= self.time {
@@ -286,20 +279,20 @@ impl ProcedureRun<'_> {
             } else {
                 before.1
             };
-            self.recording
-                .sample(due, &mode, &sample)
-                .map_err(|error| observed(error, mode))?;
+            self.recording.sample(due, &self.location, &sample)?;
         }
     }
 
-    fn end_of_step(&mut self) -> Result<(), RunError> {
+    fn end_of_step(&mut self) -> Result<(), Error> {
         if let Some(corner) = self.corner.filter(|&corner| corner <= self.time) {
             self.corner = self.model.force.next_corner(corner);
-            self.happen(EventKind::Corner, self.mode, self.watch, self.state)?;
+            self.happen(EventKind::Corner, self.location, self.state)?;
         }
         self.test_stability()?;
-        let found = self.model.contact(&self.state, self.mode == Mode::Separated, EPSILON);
-        let kind = match (self.mode, found) {
+        let found = self
+            .model
+            .contact(&self.state, self.location.mode == Mode::Separated, EPSILON);
+        let kind = match (self.location.mode, found) {
             (before, after) if before == after => return Ok(()),
             (_, Mode::Separated) => EventKind::Separation,
             (Mode::Separated, _) => EventKind::Contact,
@@ -310,35 +303,41 @@ impl ProcedureRun<'_> {
         let (state, watch) = if found == Mode::Stick {
             (self.model.joined(&self.state), MarginWatch::Off)
         } else {
-            (self.state, self.watch)
+            (self.state, self.location.watch)
         };
-        self.happen(kind, found, watch, state)
+        let after = SystemLocation {
+            watch,
+            ..SystemLocation::new(found, 0)
+        };
+        self.happen(kind, after, state)
     }
 
-    fn test_stability(&mut self) -> Result<(), RunError> {
-        if self.mode.sense() == 0 || self.watch == MarginWatch::Off {
+    fn test_stability(&mut self) -> Result<(), Error> {
+        let location = self.location;
+        if location.mode.sense() == 0 || location.watch == MarginWatch::Off {
             return Ok(());
         }
-        let sense = f64::from(self.mode.sense());
+        let sense = location.sign();
         let force = self.model.pressing_force(&self.state).max(0.0);
         let w = self.model.relative_velocity(&self.state);
         let stable = self.model.is_stable(sense, w, force);
-        match (self.watch, stable) {
+        let watching = |watch| SystemLocation { watch, ..location };
+        match (location.watch, stable) {
             (MarginWatch::Stable, false) => {
-                self.happen(EventKind::Destabilised, self.mode, MarginWatch::Unstable, self.state)?;
+                self.happen(EventKind::Destabilised, watching(MarginWatch::Unstable), self.state)?;
                 for delta in std::mem::take(&mut self.waiting_kicks) {
                     self.kick(delta)?;
                 }
                 Ok(())
             }
             (MarginWatch::Unstable, true) => {
-                self.happen(EventKind::Restabilised, self.mode, MarginWatch::Stable, self.state)
+                self.happen(EventKind::Restabilised, watching(MarginWatch::Stable), self.state)
             }
             _ => Ok(()),
         }
     }
 
-    fn kick_now(&mut self) -> Result<(), RunError> {
+    fn kick_now(&mut self) -> Result<(), Error> {
         while let Some(&(_, delta)) = self.kicks.get(self.next_kick).filter(|kick| kick.0 <= self.time) {
             self.next_kick += 1;
             self.kick(delta)?;
@@ -346,87 +345,53 @@ impl ProcedureRun<'_> {
         Ok(())
     }
 
-    fn kick(&mut self, delta: f64) -> Result<(), RunError> {
-        let kicked = self.model.kicked(self.mode, &self.state, delta);
-        self.happen(EventKind::Kick, self.mode, self.watch, kicked)
+    fn kick(&mut self, delta: f64) -> Result<(), Error> {
+        let kicked = self.model.kicked(self.location.mode, &self.state, delta);
+        self.happen(EventKind::Kick, self.location, kicked)
     }
 
-    fn happen(
-        &mut self,
-        kind: EventKind,
-        mode: Mode,
-        watch: MarginWatch,
-        state: AbsoluteState,
-    ) -> Result<(), RunError> {
+    fn happen(&mut self, kind: EventKind, after: SystemLocation, state: AbsoluteState) -> Result<(), Error> {
         if self.time > self.segment_start {
             self.end_segment()?;
         }
-        let before = self.mode;
-        (self.mode, self.watch) = (mode, watch);
-        let after = self.mode;
+        let (place, before) = (self.place(), std::mem::replace(&mut self.location, after));
         self.recording
-            .event(self.time, kind, (&before, &self.state), (&after, &state))
-            .map_err(|error| observed(error, after))?;
+            .event(self.time, kind, (&before, &self.state), (&after, &state))?;
         self.state = state;
         self.counted += usize::from(kind.in_event_sequence());
-        if self.counted > self.max_events {
-            return Err(RunError::TooManyEvents {
-                time: self.time,
-                budget: self.max_events,
-                location: describe(before),
-                guard: "the test at the end of a step".to_owned(),
-            });
+        match self.counted > self.max_events {
+            true => Err(place.too_many_events(self.max_events, "the test at the end of a step")),
+            false => Ok(()),
         }
-        Ok(())
     }
 
-    fn end_segment(&mut self) -> Result<(), RunError> {
+    fn end_segment(&mut self) -> Result<(), Error> {
         let counters = std::mem::take(&mut self.counters);
         let span = (self.segment_start, self.time);
         self.segment_start = self.time;
-        let mode = self.mode;
-        self.recording
-            .end_segment(span, &mode, SOLVER, &counters)
-            .map_err(|error| observed(error, mode))
+        self.recording.end_segment(span, &self.location, SOLVER, &counters)
     }
 
-    fn check_finite(&self) -> Result<(), RunError> {
-        RunError::check_finite(&self.state, self.time, || describe(self.mode))
+    fn place(&self) -> ErrorPlace {
+        ErrorPlace {
+            time: self.time,
+            mode: self.location.mode,
+        }
     }
 
     /// Fails if the sliding speed has left the friction law's range.
-    fn check_law(&self) -> Result<(), RunError> {
+    fn check_law(&self) -> Result<(), Error> {
         let speed = self.model.relative_velocity(&self.state).abs();
         let end = self.model.law.ends_at();
-        if self.mode.sense() == 0 || speed < end || end.is_infinite() {
+        if self.location.mode.sense() == 0 || speed < end || end.is_infinite() {
             return Ok(());
         }
-        let what = format!(
-            "the sliding speed has come to {speed:.6} rad/s, and the friction law is valid below {end:?} rad/s"
-        );
-        Err(RunError::Outside {
-            time: self.time,
-            location: describe(self.mode),
-            what,
-        })
+        Err(self.place().outside(&beyond_the_law(speed, end)))
     }
 
-    fn stuck(&self) -> RunError {
-        RunError::Standstill {
-            time: self.time,
-            location: describe(self.mode),
-            why: format!(
-                "a step of {:.1e} s is below the resolution of the time",
-                self.counters.last_step
-            ),
-        }
+    fn stuck(&self) -> Error {
+        let step = self.counters.last_step;
+        let why = format!("a step of {step:.1e} s is below the resolution of the time");
+        self.place().standstill(&why)
     }
-}
-
-fn observed(error: ObserverError, mode: Mode) -> RunError {
-    RunError::observed(error, || describe(mode))
-}
-
-fn describe(mode: Mode) -> String {
-    format!("mode {}", mode.name())
 }

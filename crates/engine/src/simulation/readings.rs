@@ -1,5 +1,6 @@
 //! Recorded channels, for any coordinates of the state.
 
+use crate::hybrid::SystemLocation;
 use stickslip_system::model::Mode;
 use stickslip_system::model::absolute_angles::{
     AbsoluteModel, AbsoluteState, DAMPING_LOSS, DIMENSION, FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA,
@@ -7,43 +8,18 @@ use stickslip_system::model::absolute_angles::{
 };
 use stickslip_system::record::{Channels, State};
 
-pub(super) trait ReadingPlace: Copy {
-    fn mode(&self) -> Mode;
-
-    fn resolved(&self) -> bool;
-
-    fn in_mode(self, mode: Mode) -> Self;
-}
-
-/// The paper's procedure always resolves the fast mode.
-impl ReadingPlace for Mode {
-    fn mode(&self) -> Mode {
-        *self
-    }
-
-    fn resolved(&self) -> bool {
-        true
-    }
-
-    fn in_mode(self, mode: Mode) -> Mode {
-        mode
-    }
-}
-
 pub(super) trait Readings {
-    type Place: ReadingPlace;
-
     /// State at `t` (s), with its forces, torques and energies. The work of kicks and the residual are missing,
     /// because they depend on earlier events.
-    fn read(&self, t: f64, place: &Self::Place, y: &[f64]) -> (State, Channels);
+    fn read(&self, t: f64, place: &SystemLocation, y: &[f64]) -> (State, Channels);
 
-    fn kinetic_energy(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
+    fn kinetic_energy(&self, t: f64, place: &SystemLocation, y: &[f64]) -> f64;
 
     /// T_f / r, N.
-    fn internal_force(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
+    fn internal_force(&self, t: f64, place: &SystemLocation, y: &[f64]) -> f64;
 
     /// Appends the values beyond [`State`], of the same number at every time.
-    fn further(&self, _t: f64, _place: &Self::Place, _y: &[f64], _out: &mut Vec<f64>) {}
+    fn further(&self, _t: f64, _place: &SystemLocation, _y: &[f64], _out: &mut Vec<f64>) {}
 }
 
 pub(super) struct AbsoluteReadings<'a> {
@@ -58,9 +34,7 @@ fn absolute(y: &[f64]) -> AbsoluteState {
 }
 
 impl Readings for AbsoluteReadings<'_> {
-    type Place = Mode;
-
-    fn read(&self, t: f64, place: &Mode, y: &[f64]) -> (State, Channels) {
+    fn read(&self, t: f64, place: &SystemLocation, y: &[f64]) -> (State, Channels) {
         let state = State {
             z: y[Z],
             z_dot: y[Z_DOT],
@@ -75,7 +49,7 @@ impl Readings for AbsoluteReadings<'_> {
             relative_velocity: y[PHI2_DOT] - y[PHI1_DOT],
             slip_displacement: y[PHI2] - y[PHI1],
         };
-        let mode = *place;
+        let mode = place.mode;
         let y = absolute(y);
         let normal_force = if mode == Mode::Separated {
             0.0
@@ -97,15 +71,15 @@ impl Readings for AbsoluteReadings<'_> {
         (state, channels.with_products(&state))
     }
 
-    fn kinetic_energy(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
+    fn kinetic_energy(&self, _t: f64, _place: &SystemLocation, y: &[f64]) -> f64 {
         self.model.kinetic_energy(&absolute(y))
     }
 
-    fn internal_force(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
+    fn internal_force(&self, _t: f64, _place: &SystemLocation, y: &[f64]) -> f64 {
         self.model.internal_force(&absolute(y))
     }
 
-    fn further(&self, _t: f64, _place: &Mode, y: &[f64], out: &mut Vec<f64>) {
+    fn further(&self, _t: f64, _place: &SystemLocation, y: &[f64], out: &mut Vec<f64>) {
         if self.further {
             out.extend([
                 y[THETA] - y[PHI2],

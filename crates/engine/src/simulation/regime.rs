@@ -1,6 +1,6 @@
 //! Decides where the steps of a slip must resolve the fast modes, and where they may step over them.
 
-use super::dynamics::{SystemDynamics, SystemLocation};
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation};
 use std::sync::Arc;
 use stickslip_system::friction::{Bounds, Law};
 use stickslip_system::model::Mode;

@@ -1,19 +1,7 @@
 //! Report of a run: its end, its events, and the work of its solvers.
 
-use crate::hybrid::{EngineError, RunError};
-use stickslip_system::model::Mode;
+use crate::Error;
 use stickslip_system::record::{Event, EventDigest, EventKind};
-
-/// Progress of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Present time, s.
-    pub time: f64,
-    /// Present mode.
-    pub mode: Mode,
-    /// Number of events of the sequence so far.
-    pub events: usize,
-}
 
 /// Near misses: guards that came as near to their boundaries as the solver can tell and turned, or had just left them.
 /// Whether the contact changes there, and for how long, is undecided.
@@ -61,7 +49,7 @@ pub struct RunReport {
 }
 
 impl RunReport {
-    pub(super) fn ended(self, result: Result<(), RunError>) -> Result<RunReport, Box<RunFailure>> {
+    pub(super) fn ended(self, result: Result<(), Error>) -> Result<RunReport, Box<RunFailure>> {
         match result {
             Ok(()) => Ok(self),
             Err(error) => Err(Box::new(RunFailure { error, report: self })),
@@ -93,49 +81,11 @@ pub struct SolverWork {
 
 /// A failed run with its results so far. The message ends with a remedy, in the words of the case file.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}{}", remedy(error, report.one_sided_test))]
+#[error("{error}{}", error.remedy(report.one_sided_test))]
 pub struct RunFailure {
     #[source]
     /// Error that ended the run.
-    pub error: RunError,
+    pub error: Error,
     /// Results until then.
     pub report: RunReport,
-}
-
-fn remedy(error: &RunError, one_sided_test: bool) -> &'static str {
-    match error {
-        RunError::Engine {
-            source: EngineError::Sundials(_),
-            ..
-        }
-        | RunError::NotFinite { .. } => "; another solver.method, solver.rtol or solver.max_step may get over it",
-        RunError::Engine { .. } => ". Try another solver.method",
-        RunError::Chattering { .. } if one_sided_test => {
-            ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
-             contact.breakaway_test = \"transmitted\" is free of it"
-        }
-        RunError::Chattering { .. } => {
-            ". Each transition is undone at once: look for a drive or a normal force that changes as fast as that, or try \
-             another solver.method or a smaller solver.rtol"
-        }
-        RunError::TooManyEvents { .. } => ". Raise solver.max_events if so many are expected",
-        RunError::Overflow { .. } => {
-            ". The case is beyond what double precision can hold: check its numbers and their units"
-        }
-        RunError::TooManySteps { .. } => {
-            ". Raise solver.max_steps if so many are expected, or try another solver.method"
-        }
-        RunError::Outside { .. } => {
-            ". Raise friction.valid_below if the law holds there, or take one that is given at every speed"
-        }
-        RunError::OutOfTime { .. } => ". Raise --max-wall-time (solver.max_wall_time), or try another solver.method",
-        RunError::Standstill { .. } => {
-            ". Check the parameters of the case and their units, or try another solver.method"
-        }
-        RunError::NoProgress { .. } => {
-            ". Check the parameters of the case and their units, or try another solver.method or a larger solver.rtol; if \
-             many steps are meant, say how many with solver.max_steps"
-        }
-        RunError::Refused(_) | RunError::Observer(_) => "",
-    }
 }

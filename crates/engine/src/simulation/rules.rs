@@ -1,12 +1,12 @@
 //! Effects of guards and time events of a system.
 
 use super::closed_form::ClosedFormEngine;
-use super::dynamics::{GUARD_FORWARD, MarginWatch, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::foresight::{Foresight, LONG};
 use super::plan::SystemPlan;
 use super::regime::Regimes;
 use super::series::TaylorEngine;
 use super::stepping::FixedSteps;
+use crate::hybrid::dynamics::{GUARD_FORWARD, MarginWatch, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use crate::hybrid::{ChosenSolver, Engine, Fired, Rules, SolverKind, Transition};
 use std::sync::Arc;
 use stickslip_system::friction::Law;
@@ -35,8 +35,6 @@ pub(super) struct SystemRules {
     /// Whether the first stop ended smooth sliding, on which rounding does not grow.
     pub stopped_smoothly: bool,
 }
-
-type SystemTransition = Transition<EventKind, SystemLocation>;
 
 impl SystemRules {
     pub fn new(dynamics: Arc<SystemDynamics>, system: &System, plan: SystemPlan, start: f64, end_time: f64) -> Self {
@@ -133,6 +131,12 @@ impl SystemRules {
         location
     }
 
+    /// A twentieth of the natural period, s.
+    pub fn chatter_window(&self) -> f64 {
+        // Chains without a spring have no period of their own.
+        (0.05 * self.plan.period).min(CHATTER_SHARE * self.end_time)
+    }
+
     fn plan_steps(&mut self, location: &mut SystemLocation, t: f64, y: &[f64]) {
         if let Some(regimes) = &mut self.regimes {
             regimes.enter(location, t, y);
@@ -172,7 +176,7 @@ impl SystemRules {
         }
     }
 
-    fn stop(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> SystemTransition {
+    fn stop(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Transition {
         let mut joined = y.to_vec();
         let outside = self.dynamics.outside(location, t);
         self.dynamics.system.join(&outside, &mut joined);
@@ -192,7 +196,7 @@ impl SystemRules {
 
     /// Transition after a jump of omega_r. A contact without stick has the event of its threshold if the jump has
     /// crossed it.
-    fn after_jump(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<SystemTransition> {
+    fn after_jump(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Option<Transition> {
         let outside = self.dynamics.outside(location, t);
         let system = &self.dynamics.system;
         let w = system.relative_velocity(&outside, y);
@@ -222,7 +226,7 @@ impl SystemRules {
         }
     }
 
-    fn corner(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<SystemTransition> {
+    fn corner(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<Transition> {
         let corners = self.dynamics.excitation.corners();
         while corners.get(self.next_corner).is_some_and(|&corner| corner <= t) {
             self.next_corner += 1;
@@ -267,7 +271,7 @@ impl SystemRules {
         transitions
     }
 
-    fn kick(&mut self, location: &SystemLocation, t: f64, y: &[f64], kick: &Kick) -> Vec<SystemTransition> {
+    fn kick(&mut self, location: &SystemLocation, t: f64, y: &[f64], kick: &Kick) -> Vec<Transition> {
         let dynamics = self.dynamics.clone();
         let system = &dynamics.system;
         let rigid = match kick.on {
@@ -304,7 +308,7 @@ impl SystemRules {
         transitions
     }
 
-    fn stability_changes(&mut self, location: &mut SystemLocation, t: f64, state: &mut [f64]) -> Vec<SystemTransition> {
+    fn stability_changes(&mut self, location: &mut SystemLocation, t: f64, state: &mut [f64]) -> Vec<Transition> {
         let is_lost = location.watch == MarginWatch::Stable;
         let (kind, watch) = if is_lost {
             (EventKind::Destabilised, MarginWatch::Unstable)
@@ -328,7 +332,7 @@ impl SystemRules {
         transitions
     }
 
-    fn contact_changes(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> SystemTransition {
+    fn contact_changes(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Transition {
         let mut state = y.to_vec();
         if location.mode != Mode::Separated {
             if let Engagement::Bristles(.., at) = self.dynamics.system.engagement {
@@ -345,6 +349,11 @@ impl SystemRules {
     }
 }
 
+/// Reason to end a run at this sliding speed, beyond the `end` of the friction law, rad/s.
+pub(super) fn beyond_the_law(speed: f64, end: f64) -> String {
+    format!("the sliding speed has come to {speed:.6} rad/s, and the friction law is valid below {end:?} rad/s")
+}
+
 fn crossing(slow: bool) -> EventKind {
     if slow { EventKind::Stick } else { EventKind::Slip }
 }
@@ -354,9 +363,7 @@ const CHATTER_SHARE: f64 = 1e-6;
 /// Smaller relative changes of a speed at a corner are rounding, and no jumps.
 const JUMP: f64 = 1e-12;
 
-impl Rules<SystemDynamics> for SystemRules {
-    type Kind = EventKind;
-
+impl Rules for SystemRules {
     fn next_time_event(&mut self, location: &SystemLocation, t: f64) -> Option<f64> {
         let closed = location.mode != Mode::Separated;
         let excitation = &self.dynamics.excitation;
@@ -378,7 +385,7 @@ impl Rules<SystemDynamics> for SystemRules {
         times.into_iter().flatten().min_by(f64::total_cmp)
     }
 
-    fn at_time_event(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<SystemTransition> {
+    fn at_time_event(&mut self, location: &SystemLocation, t: f64, y: &[f64]) -> Vec<Transition> {
         let corner = self.dynamics.excitation.corners().get(self.next_corner).copied();
         if corner.is_some_and(|corner| corner <= t) {
             return self.corner(location, t, y);
@@ -407,7 +414,7 @@ impl Rules<SystemDynamics> for SystemRules {
         vec![Transition::new(None, after, y.to_vec())]
     }
 
-    fn at_guards(&mut self, location: &SystemLocation, t: f64, y: &[f64], fired: Fired) -> Vec<SystemTransition> {
+    fn at_guards(&mut self, location: &SystemLocation, t: f64, y: &[f64], fired: Fired) -> Vec<Transition> {
         if location.mode == Mode::Stick {
             let mode = if fired.contains(GUARD_FORWARD) {
                 Mode::SlipForward
@@ -482,10 +489,7 @@ impl Rules<SystemDynamics> for SystemRules {
         (slides && end.is_finite() && system.law.knots().len() <= location.piece).then(|| {
             // By rounding, a state at the end of the law may be just below it.
             let speed = system.relative_velocity(&self.dynamics.outside(location, t), y).abs();
-            format!(
-                "the sliding speed has come to {:.6} rad/s, and the friction law is valid below {end:?} rad/s",
-                speed.max(end)
-            )
+            beyond_the_law(speed.max(end), end)
         })
     }
 
@@ -499,21 +503,12 @@ impl Rules<SystemDynamics> for SystemRules {
         }
     }
 
-    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<SystemLocation>>> {
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine>> {
         match kind {
             SolverKind::Series => Some(Box::new(TaylorEngine::new(self.dynamics.clone()))),
             SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.dynamics.clone()))),
             SolverKind::Rk4 => Some(Box::new(FixedSteps::new(self.dynamics.clone()))),
             _ => None,
         }
-    }
-
-    fn counts(&self, kind: &EventKind) -> bool {
-        kind.in_event_sequence()
-    }
-
-    fn chatter_window(&self) -> f64 {
-        // Chains without a spring have no period of their own.
-        self.plan.chatter_window().min(CHATTER_SHARE * self.end_time)
     }
 }

@@ -1,13 +1,14 @@
 //! The motion over a given time from a known state, with its derivatives, for the search of periodic motions.
 
 use super::carried::{Carried, CarryingRules, VariationColumn};
-use super::dynamics::{SystemDynamics, SystemLocation};
 use super::expansion::Expansion;
 use super::options::{Method, SolverOptions};
 use super::portrait::position;
-use super::simulate::{SystemStart, prepared};
+use super::simulate::prepared;
 use super::variation::{MovedCases, moved_number};
-use crate::hybrid::{self, Dynamics as _, Limits, Observer, ObserverError, RunError, SegmentReport, StateAt};
+use crate::error::{Error, ErrorKind};
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation};
+use crate::hybrid::{self, Limits, Observer, SegmentReport, Start, StateAt};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,6 +17,7 @@ use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::{Pressing, System};
 use stickslip_system::record::EventKind;
 use stickslip_system::signal::Drive;
+use stickslip_system::watch::{Watch, go_on_unless};
 
 const RTOL: f64 = 1e-14;
 
@@ -213,15 +215,6 @@ pub struct Shot {
     pub relative_velocity: (f64, f64),
 }
 
-/// Why there is no motion.
-#[derive(Debug)]
-pub enum ShotError {
-    /// The run failed.
-    Run(RunError),
-    /// The motion was interrupted.
-    Interrupted,
-}
-
 /// Wanted results of a motion.
 #[derive(Clone, Copy)]
 pub struct WantedResults<'a> {
@@ -230,8 +223,8 @@ pub struct WantedResults<'a> {
     pub derivatives: Option<&'a [MovedCases]>,
     /// Whether to find peaks and margins.
     pub extrema: bool,
-    /// Called now and then; `true` ends the motion.
-    pub stop: &'a dyn Fn() -> bool,
+    /// May end the motion.
+    pub stop: &'a dyn Watch,
 }
 
 struct Tape<'a> {
@@ -342,12 +335,7 @@ impl Tape<'_> {
         }
     }
 
-    fn look(
-        &mut self,
-        (from, to): (f64, f64),
-        location: &SystemLocation,
-        at: &mut StateAt<'_>,
-    ) -> Result<(), ObserverError> {
+    fn look(&mut self, (from, to): (f64, f64), location: &SystemLocation, at: &mut StateAt<'_>) -> Result<(), Error> {
         let mut y = vec![0.0; self.dynamics.system.dimension];
         let mut before = from;
         for k in 0..=POINTS_OF_STEP {
@@ -470,8 +458,8 @@ fn between(
     mut low: f64,
     mut high: f64,
     rises: bool,
-    mut rate: impl FnMut(f64) -> Result<f64, ObserverError>,
-) -> Result<f64, ObserverError> {
+    mut rate: impl FnMut(f64) -> Result<f64, Error>,
+) -> Result<f64, Error> {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
@@ -486,7 +474,7 @@ fn between(
     Ok(0.5 * (low + high))
 }
 
-impl Observer<SystemLocation, EventKind> for Tape<'_> {
+impl Observer for Tape<'_> {
     fn next_sample_time(&self) -> f64 {
         match self.end {
             Some(_) => f64::INFINITY,
@@ -494,7 +482,7 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
         }
     }
 
-    fn sample(&mut self, _: f64, location: &SystemLocation, y: &[f64]) -> Result<(), ObserverError> {
+    fn sample(&mut self, _: f64, location: &SystemLocation, y: &[f64]) -> Result<(), Error> {
         self.see(y);
         self.end = Some((y.to_vec(), *location));
         Ok(())
@@ -504,13 +492,7 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
         true
     }
 
-    fn inside(
-        &mut self,
-        from: f64,
-        to: f64,
-        location: &SystemLocation,
-        at: &mut StateAt<'_>,
-    ) -> Result<(), ObserverError> {
+    fn inside(&mut self, from: f64, to: f64, location: &SystemLocation, at: &mut StateAt<'_>) -> Result<(), Error> {
         if self.wanted.extrema {
             return self.look((from, to), location, at);
         }
@@ -528,7 +510,7 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
         kind: EventKind,
         before: (&SystemLocation, &[f64]),
         after: (&SystemLocation, &[f64]),
-    ) -> Result<(), ObserverError> {
+    ) -> Result<(), Error> {
         self.see(before.1);
         self.see(after.1);
         self.events.push(ShotEvent {
@@ -565,25 +547,23 @@ impl Observer<SystemLocation, EventKind> for Tape<'_> {
         Ok(())
     }
 
-    fn segment(&mut self, report: &SegmentReport<SystemLocation>) -> Result<(), ObserverError> {
+    fn segment(&mut self, report: &SegmentReport) -> Result<(), Error> {
         let moves = report.end - report.start > 4.0 * f64::EPSILON * report.end.abs();
         self.idle = if moves { 0 } else { self.idle + 1 };
-        match self.idle > MOST_IDLE {
-            true => Err(format!("the motion stands still at t = {:.12} s", report.end).into()),
-            false => Ok(()),
+        if self.idle > MOST_IDLE {
+            let message = format!("the motion stands still at t = {:.12} s", report.end);
+            return Err(Error::new(ErrorKind::Standstill, report.end, message));
         }
+        Ok(())
     }
 
     fn progress(&mut self, _: f64, _: &SystemLocation) -> ControlFlow<()> {
-        match (self.wanted.stop)() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        go_on_unless(self.wanted.stop.stopped())
     }
 }
 
 /// Derivative of the joined start state by the given state: surfaces that stick have one speed.
-fn start_slopes(dynamics: &SystemDynamics, start: &SystemStart) -> DMatrix<f64> {
+fn start_slopes(dynamics: &SystemDynamics, start: &Start) -> DMatrix<f64> {
     let n = dynamics.system.mechanical();
     if start.location.mode != Mode::Stick {
         return DMatrix::identity(n, n);
@@ -604,7 +584,7 @@ fn start_slopes(dynamics: &SystemDynamics, start: &SystemStart) -> DMatrix<f64> 
 /// Parameters of the derivatives: the components of the start state, then the parameters of the case.
 fn numbers(
     (system, time): (&System, (f64, f64)),
-    (dynamics, start): (&SystemDynamics, &SystemStart),
+    (dynamics, start): (&SystemDynamics, &Start),
     moved: &[MovedCases],
     solver: &SolverOptions,
 ) -> Vec<VariationColumn> {
@@ -626,7 +606,7 @@ pub fn shoot(
     (from, state): (f64, &DVector<f64>),
     time: f64,
     wanted: WantedResults<'_>,
-) -> Result<Shot, ShotError> {
+) -> Result<Shot, Error> {
     let solver = SolverOptions {
         method: Method::Series,
         rtol: RTOL,
@@ -670,7 +650,7 @@ pub fn shoot(
     };
     let limits = Limits {
         max_events,
-        chatter_count: super::CHATTER_COUNT,
+        chatter_window: rules.chatter_window(),
         max_steps: Some(max_steps),
         foreseen_steps: None,
     };
@@ -689,9 +669,9 @@ pub fn shoot(
             (finish, Some(slopes))
         }
     };
-    let finish = finish.map_err(ShotError::Run)?;
+    let finish = finish?;
     let Some((end, location)) = tape.end.take().filter(|_| !finish.interrupted) else {
-        return Err(ShotError::Interrupted);
+        return Err(Error::new(ErrorKind::Interrupted, f64::NAN, "interrupted"));
     };
     let slopes = slopes.unwrap_or_else(|| DMatrix::zeros(n, n));
     Ok(Shot {

@@ -1,21 +1,22 @@
 //! A run of a system: solver, output and recording for the automaton.
 
 use super::automaton;
-use super::dynamics::{SystemDynamics, SystemLocation};
 use super::observer::Recording;
 use super::options::{Method, OutputOptions, SolverOptions};
 use super::plan::SystemPlan;
-use super::report::{Progress, RunFailure, RunReport};
+use super::report::{RunFailure, RunReport};
 use super::rules::SystemRules;
 use super::state_readings::{self, Further, StateReadings};
-use crate::hybrid::{RunError, Start};
+use crate::Error;
+use crate::hybrid::Start;
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use stickslip_system::model::equations::{Engagement, Side, SystemEquations};
 use stickslip_system::model::system::{ContactLaw, System};
 use stickslip_system::model::{BreakawayTest, Mode};
 use stickslip_system::record::{Event, EventDigest, NoRecorder, Recorder};
+use stickslip_system::watch::Watch;
 
 /// State quantities of a system beyond [`State`](stickslip_system::record::State), in a recorder's order.
 pub fn further(system: &System) -> Vec<Further> {
@@ -119,16 +120,13 @@ pub struct Simulation<'a> {
     pub further: bool,
 }
 
-/// Start of a run of a system.
-pub(super) type SystemStart = Start<SystemLocation>;
-
 /// Equations, rules and start of a run: at t = 0, or as in [`simulate_from`]. The threshold is in rad/s.
 pub(super) fn prepared(
     (system, threshold): (&System, f64),
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end: f64,
-) -> (Arc<SystemDynamics>, SystemRules, SystemStart) {
+) -> (Arc<SystemDynamics>, SystemRules, Start) {
     let dynamics = Arc::new(SystemDynamics::new(system, threshold));
     let (time, mut state) = match from {
         Some((time, state)) => (time, state.to_vec()),
@@ -157,15 +155,15 @@ fn foreseen(problem: Simulation<'_>, from: Option<(f64, &[f64])>, solver: &Solve
         max_wall_time: None,
         ..solver.clone()
     };
-    let (output, mut go_on) = (OutputOptions::at_the_ends(end), |_| ControlFlow::Continue(()));
-    match simulate_from(problem, from, &quick, &output, &mut NoRecorder, &mut go_on) {
+    let output = OutputOptions::at_the_ends(end);
+    match simulate_from(problem, from, &quick, &output, &mut NoRecorder, &()) {
         Ok(report) => report.events,
         Err(failure) => failure.report.events,
     }
 }
 
-/// Integrates a system from t = 0 to the end time of `output`. The recorder gets the rows in order of time. `control`
-/// is called now and then; `Break` ends the run in good order.
+/// Integrates a system from t = 0 to the end time of `output`. The recorder gets the rows in order of time. `watch`
+/// learns its progress, and may end it in good order.
 ///
 /// # Errors
 /// Solver failures, chattering, an exhausted event budget, or an error of the recorder, each with time and mode.
@@ -174,9 +172,9 @@ pub fn simulate(
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<RunReport, Box<RunFailure>> {
-    simulate_from(problem, None, solver, output, recorder, control)
+    simulate_from(problem, None, solver, output, recorder, watch)
 }
 
 /// Like [`simulate`], from `from`: a time (s) and a state with a closed contact; `None` starts at t = 0. The state
@@ -190,14 +188,14 @@ pub fn simulate_from(
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<RunReport, Box<RunFailure>> {
     if output.end_time.is_nan() || output.end_time < 0.0 {
-        let error = RunError::Refused("a run cannot end before t = 0; give a later end time");
+        let error = Error::refused("a run cannot end before t = 0; give a later end time");
         return RunReport::default().ended(Err(error));
     }
     if solver.method == Method::Rk4 && solver.fixed_step.is_none() {
-        let error = RunError::Refused("method \"rk4\" has no step control; give the length of its steps, solver.step");
+        let error = Error::refused("method \"rk4\" has no step control; give the length of its steps, solver.step");
         return RunReport::default().ended(Err(error));
     }
     let system = problem.system;
@@ -207,10 +205,10 @@ pub fn simulate_from(
         dynamics: &dynamics,
         further: problem.further,
     };
-    let watched = dynamics.system.twice_resistance.is_some();
-    let digest = EventDigest::new(dynamics.natural_period().filter(|_| watched));
+    let has_margin = dynamics.system.twice_resistance.is_some();
+    let digest = EventDigest::new(dynamics.natural_period().filter(|_| has_margin));
     let stores_motion = recorder.stores_motion();
-    let mut recording = Recording::new(readings, digest, (solver, output), recorder, control, &start);
+    let mut recording = Recording::new(readings, digest, (solver, output), recorder, watch, &start);
     let foreseen = if stores_motion && output.follow.around.is_some() {
         foreseen(problem, from, solver, output.end_time)
     } else {
@@ -220,7 +218,8 @@ pub fn simulate_from(
     let periods = (dynamics.natural_period().unwrap_or(shortest), shortest);
     recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);
     recording.begin_at(time);
-    let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
+    let window = rules.chatter_window();
+    let (result, mut report) = automaton(&dynamics, (&mut rules, window), start, solver, output, recording);
     report.stopped_smoothly = rules.stopped_smoothly;
     report.one_sided_test = system.breakaway_test != BreakawayTest::Transmitted;
     report.count_kicks(system.kicks.len(), rules.waiting_kicks.len());

@@ -1,9 +1,8 @@
 //! Initial states of a motion, and sliding at a state without events.
 
 use super::carried::deviation_weights;
-use super::dynamics::{SystemDynamics, SystemLocation};
 use super::portrait::{position, state_of};
-use crate::hybrid::Dynamics as _;
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation};
 use nalgebra::{DMatrix, DVector};
 use stickslip_system::model::Mode;
 use stickslip_system::model::equations::SystemEquations;

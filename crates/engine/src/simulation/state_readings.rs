@@ -1,28 +1,10 @@
 //! Recorded channels, from a state in twist coordinates.
 
-use super::dynamics::{SystemDynamics, SystemLocation};
-use crate::simulation::readings::{ReadingPlace, Readings};
+use super::readings::Readings;
+use crate::hybrid::{SystemDynamics, SystemLocation};
 use stickslip_system::model::Mode;
 use stickslip_system::model::equations::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, SystemEquations, WORK};
 use stickslip_system::record::{Channels, State};
-
-impl ReadingPlace for SystemLocation {
-    fn mode(&self) -> Mode {
-        self.mode
-    }
-
-    fn resolved(&self) -> bool {
-        self.resolved
-    }
-
-    fn in_mode(self, mode: Mode) -> SystemLocation {
-        SystemLocation {
-            mode,
-            sense: mode.sense(),
-            ..self
-        }
-    }
-}
 
 pub(in crate::simulation) struct StateReadings<'a> {
     pub dynamics: &'a SystemDynamics,
@@ -94,8 +76,6 @@ impl StateReadings<'_> {
 }
 
 impl Readings for StateReadings<'_> {
-    type Place = SystemLocation;
-
     fn read(&self, t: f64, place: &SystemLocation, y: &[f64]) -> (State, Channels) {
         let system = &self.dynamics.system;
         let outside = self.dynamics.outside(place, t);

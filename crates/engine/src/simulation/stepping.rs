@@ -2,7 +2,8 @@
 //!
 //! ARKODE cannot accept a step whatever its error, and would fail at the discontinuities that naive solvers step over.
 
-use crate::hybrid::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, EngineSegment, Fired};
+use crate::Error;
+use crate::hybrid::{Advance, ChosenSolver, Direction, Engine, EngineSegment, Fired, SystemDynamics, SystemLocation};
 use crate::sundials::{Coefficients, Counters};
 use nalgebra::Complex;
 use std::sync::Arc;
@@ -126,10 +127,10 @@ const REMAINDER: f64 = 1e-9;
 
 /// Steps of one length by the classical Runge-Kutta method, as in a solver that is written in an afternoon. A guard
 /// fires at the end of the step in which it has changed its sign; nothing is located inside.
-pub(super) struct FixedSteps<D: Dynamics> {
-    dynamics: Arc<D>,
+pub(super) struct FixedSteps {
+    dynamics: Arc<SystemDynamics>,
     method: ExplicitStep<Vec<f64>>,
-    location: Option<D::Location>,
+    location: Option<SystemLocation>,
     /// Start of the segment and its longest duration, s.
     segment: (f64, f64),
     step: f64,
@@ -140,8 +141,8 @@ pub(super) struct FixedSteps<D: Dynamics> {
     counters: Counters,
 }
 
-impl<D: Dynamics> FixedSteps<D> {
-    pub(super) fn new(dynamics: Arc<D>) -> Self {
+impl FixedSteps {
+    pub(super) fn new(dynamics: Arc<SystemDynamics>) -> Self {
         let zeros = vec![0.0; dynamics.dimension()];
         FixedSteps {
             dynamics,
@@ -157,8 +158,8 @@ impl<D: Dynamics> FixedSteps<D> {
     }
 
     /// Solves the motion for `length` (s) from the start of the last step.
-    fn solve(&mut self, length: f64) -> Result<(), EngineError> {
-        let location = self.location.ok_or(EngineError::Missing)?;
+    fn solve(&mut self, length: f64) -> Result<(), Error> {
+        let location = self.location.ok_or_else(Error::no_such_solver)?;
         let (dynamics, start) = (&self.dynamics, self.segment.0);
         let (tau, state) = &self.before;
         self.method.take(start + tau, state, length, |t, y, dydt| {
@@ -166,14 +167,14 @@ impl<D: Dynamics> FixedSteps<D> {
         });
         match self.method.solution.iter().all(|value| value.is_finite()) {
             true => Ok(()),
-            false => Err(EngineError::NotFinite),
+            false => Err(Error::step("a step ended with values that are not finite")),
         }
     }
 }
 
-impl<D: Dynamics> Engine<D::Location> for FixedSteps<D> {
-    fn begin(&mut self, segment: &EngineSegment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
-        self.step = chosen.fixed_step.ok_or(EngineError::Missing)?;
+impl Engine for FixedSteps {
+    fn begin(&mut self, segment: &EngineSegment<'_>, chosen: &ChosenSolver) -> Result<(), Error> {
+        self.step = chosen.fixed_step.ok_or_else(Error::no_such_solver)?;
         self.location = Some(segment.location);
         self.segment = (segment.start, segment.span());
         self.after = (0.0, segment.state.to_vec());
@@ -181,8 +182,8 @@ impl<D: Dynamics> Engine<D::Location> for FixedSteps<D> {
         Ok(())
     }
 
-    fn advance(&mut self) -> Result<Advance, EngineError> {
-        let location = self.location.ok_or(EngineError::Missing)?;
+    fn advance(&mut self) -> Result<Advance, Error> {
+        let location = self.location.ok_or_else(Error::no_such_solver)?;
         let (start, span) = self.segment;
         std::mem::swap(&mut self.before, &mut self.after);
         let tau = self.before.0;
@@ -223,13 +224,13 @@ impl<D: Dynamics> Engine<D::Location> for FixedSteps<D> {
         &self.after.1
     }
 
-    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error> {
         self.solve(tau - self.before.0)?;
         out.copy_from_slice(&self.method.solution);
         Ok(())
     }
 
-    fn counters(&mut self) -> Result<Counters, EngineError> {
+    fn counters(&mut self) -> Result<Counters, Error> {
         Ok(self.counters)
     }
 }

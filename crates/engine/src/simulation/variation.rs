@@ -1,17 +1,18 @@
 //! Derivatives of a run's events by parameters of its case.
 
 use super::carried::{Carried, CarryingRules, MovedCopy, Passage, VariationColumn};
-use super::simulate::{SystemStart, prepared};
+use super::simulate::prepared;
 use super::state_readings::StateReadings;
-use crate::hybrid::RunError;
+use crate::Error;
+use crate::hybrid::Start;
 use crate::simulation::observer::Recording;
-use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, automaton};
+use crate::simulation::{Method, OutputOptions, RunFailure, RunReport, SolverOptions, automaton};
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::system::System;
 use stickslip_system::record::{Event, EventDigest, NoRecorder};
+use stickslip_system::watch::Watch;
 
 /// A system with one parameter moved.
 pub struct MovedSystem {
@@ -52,7 +53,7 @@ pub(super) fn moved_number(
     from: Option<(f64, &[f64])>,
     solver: &SolverOptions,
     end_time: f64,
-) -> (VariationColumn, Vec<SystemStart>) {
+) -> (VariationColumn, Vec<Start>) {
     let copy = |copy: &MovedSystem| {
         let (dynamics, rules, start) = prepared((&copy.system, copy.threshold), from, solver, end_time);
         let moved = MovedCopy::new((dynamics, rules), copy.weight, copy.bend);
@@ -88,7 +89,7 @@ pub fn variation(
     numbers: &[MovedCases],
     solver: &SolverOptions,
     output: &OutputOptions,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    watch: &dyn Watch,
 ) -> Result<Variation, Box<RunFailure>> {
     let solver = SolverOptions {
         method: Method::Series,
@@ -110,6 +111,7 @@ pub fn variation(
     }
     let carried = Carried::new(dynamics.clone(), output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));
+    let window = rules.chatter_window();
     let mut rules = CarryingRules::new(rules, carried.clone());
     let readings = StateReadings {
         dynamics: &dynamics,
@@ -117,9 +119,9 @@ pub fn variation(
     };
     let digest = EventDigest::new(None);
     let mut nobody = NoRecorder;
-    let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, control, &start);
-    let (result, report): (Result<(), RunError>, RunReport) =
-        automaton(&dynamics, &mut rules, start, &solver, output, recording);
+    let recording = Recording::new(readings, digest, (&solver, output), &mut nobody, watch, &start);
+    let (result, report): (Result<(), Error>, RunReport) =
+        automaton(&dynamics, (&mut rules, window), start, &solver, output, recording);
     let report = report.ended(result)?;
     drop(rules);
     let carried = Arc::into_inner(carried).map(|carried| carried.into_inner().unwrap_or_else(PoisonError::into_inner));

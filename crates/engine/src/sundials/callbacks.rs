@@ -12,8 +12,8 @@ use nalgebra::DMatrixViewMut;
 
 use super::OdeSystem;
 use super::context::{values, values_mut};
-use super::error::{Callback, NonFinite};
 use super::ffi;
+use super::non_finite::{Callback, NonFinite};
 
 pub(super) type Payload = Box<dyn Any + Send>;
 

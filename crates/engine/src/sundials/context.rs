@@ -4,14 +4,14 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::{self, NonNull};
 
-use super::error::{Failure, SolverError};
 use super::ffi;
 use super::flags::{Flag, FlagFamily};
+use crate::error::{Error, ErrorKind};
 
 type Messages = Vec<String>;
 
 /// A `SUNContext` for each integrator, so that integrators in different threads share nothing. Error messages are kept
-/// for the [`SolverError`] instead of being printed. It must outlive every object made with it: an owner keeps it as
+/// for the [`Error`] instead of being printed. It must outlive every object made with it: an owner keeps it as
 /// its last field.
 pub(super) struct Context {
     raw: ffi::SUNContext,
@@ -20,14 +20,12 @@ pub(super) struct Context {
 }
 
 impl Context {
-    pub(super) fn new() -> Result<Self, SolverError> {
+    pub(super) fn new() -> Result<Self, Error> {
         let mut raw = ptr::null_mut();
         // SAFETY: `raw` is a place for the result; without MPI the communicator is a constant.
         let code = unsafe { ffi::SUNContext_Create(ffi::SUN_COMM_NULL, &mut raw) };
         if code != 0 || raw.is_null() {
-            return Err(SolverError::Allocation {
-                function: "SUNContext_Create",
-            });
+            return Err(no_memory("SUNContext_Create"));
         }
         let context = Self {
             raw,
@@ -49,7 +47,7 @@ impl Context {
         self.raw
     }
 
-    fn check(&self, function: &'static str, code: c_int) -> Result<(), SolverError> {
+    fn check(&self, function: &'static str, code: c_int) -> Result<(), Error> {
         self.verdict(function, FlagFamily::Core, code, f64::NAN)
     }
 
@@ -59,19 +57,17 @@ impl Context {
         family: FlagFamily,
         code: c_int,
         time: f64,
-    ) -> Result<(), SolverError> {
+    ) -> Result<(), Error> {
         if code == 0 {
             return Ok(());
         }
         let flag = Flag { family, number: code };
+        let mut text = format!("{function} returned {flag} at t = {time}");
         let message = self.take_messages();
-        Err(SolverError::Sundials(Box::new(Failure {
-            function,
-            flag,
-            time,
-            message,
-            cause: None,
-        })))
+        if !message.is_empty() {
+            text += &format!(": {message}");
+        }
+        Err(Error::new(ErrorKind::Flag(flag), time, text))
     }
 
     #[cold]
@@ -149,16 +145,12 @@ pub(super) struct Vector {
 
 impl Vector {
     /// Needs at least one value: `Core::new` refuses a dimension of 0.
-    pub(super) fn new(context: &Context, values: &[f64]) -> Result<Self, SolverError> {
+    pub(super) fn new(context: &Context, values: &[f64]) -> Result<Self, Error> {
         // SUNDIALS gives an empty vector no memory, and a slice needs an address.
         assert!(!values.is_empty(), "a vector has at least one value");
         // SAFETY: the context is alive. A length fits in an i64.
         let raw = unsafe { ffi::N_VNew_Serial(values.len() as ffi::sunindextype, context.raw()) };
-        if raw.is_null() {
-            return Err(SolverError::Allocation {
-                function: "N_VNew_Serial",
-            });
-        }
+        let raw = made(raw, "N_VNew_Serial")?;
         // SAFETY: a new vector has its own table of operations, which its clones copy.
         unsafe { (*(*raw).ops).nvclone = Some(clone_of_zeros) }
         let mut vector = Self {
@@ -210,9 +202,14 @@ unsafe fn data(vector: ffi::N_Vector) -> *mut f64 {
     unsafe { (*(*vector).content.cast::<ffi::_N_VectorContent_Serial>()).data }
 }
 
-pub(super) fn made<T>(object: *mut T, function: &'static str) -> Result<*mut T, SolverError> {
+pub(super) fn no_memory(function: &'static str) -> Error {
+    let message = format!("{function} made nothing: out of memory");
+    Error::new(ErrorKind::Allocation, f64::NAN, message)
+}
+
+pub(super) fn made<T>(object: *mut T, function: &'static str) -> Result<*mut T, Error> {
     match object.is_null() {
-        true => Err(SolverError::Allocation { function }),
+        true => Err(no_memory(function)),
         false => Ok(object),
     }
 }
@@ -220,15 +217,10 @@ pub(super) fn made<T>(object: *mut T, function: &'static str) -> Result<*mut T, 
 pub(super) struct FixedPointSolver(pub(super) ffi::SUNNonlinearSolver);
 
 impl FixedPointSolver {
-    pub(super) fn new(context: &Context, template: &Vector) -> Result<Self, SolverError> {
+    pub(super) fn new(context: &Context, template: &Vector) -> Result<Self, Error> {
         // SAFETY: the context is alive.
         let raw = unsafe { ffi::SUNNonlinSol_FixedPoint(template.raw(), 0, context.raw()) };
-        if raw.is_null() {
-            return Err(SolverError::Allocation {
-                function: "SUNNonlinSol_FixedPoint",
-            });
-        }
-        Ok(Self(raw))
+        made(raw, "SUNNonlinSol_FixedPoint").map(Self)
     }
 }
 

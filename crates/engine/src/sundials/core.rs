@@ -6,10 +6,10 @@ use std::ptr::NonNull;
 
 use super::callbacks::Shared;
 use super::context::{Context, Vector};
-use super::error::SolverError;
 use super::ffi;
 use super::flags::FlagFamily;
 use super::{Direction, OdeSystem, Tolerances};
+use crate::error::{Error, ErrorKind};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SolverStatus {
@@ -36,7 +36,7 @@ pub(super) struct Core<S> {
 }
 
 impl<S: OdeSystem> Core<S> {
-    pub(super) fn new(system: S, t0: f64, y0: &[f64]) -> Result<Self, SolverError> {
+    pub(super) fn new(system: S, t0: f64, y0: &[f64]) -> Result<Self, Error> {
         let dimension = system.dimension();
         finite("initial time", t0)?;
         initial_state(dimension, y0)?;
@@ -74,12 +74,12 @@ impl<S: OdeSystem> Core<S> {
         unsafe { self.shared.as_mut() }
     }
 
-    pub(super) fn check(&self, function: &'static str, family: FlagFamily, code: c_int) -> Result<(), SolverError> {
+    pub(super) fn check(&self, function: &'static str, family: FlagFamily, code: c_int) -> Result<(), Error> {
         self.context.verdict(function, family, code, self.shared().mesh_time)
     }
 
     #[inline]
-    pub(super) fn begin(&mut self, t_out: f64) -> Result<(), SolverError> {
+    pub(super) fn begin(&mut self, t_out: f64) -> Result<(), Error> {
         if !t_out.is_finite() || self.status == SolverStatus::Failed {
             return self.refuse_to_begin(t_out);
         }
@@ -89,19 +89,15 @@ impl<S: OdeSystem> Core<S> {
     }
 
     #[cold]
-    fn refuse_to_begin(&self, t_out: f64) -> Result<(), SolverError> {
+    fn refuse_to_begin(&self, t_out: f64) -> Result<(), Error> {
         finite("output time", t_out)?;
-        Err(SolverError::NotRestarted { time: self.time })
+        let time = self.time;
+        let message = format!("the solver failed at t = {time} and was not restarted");
+        Err(Error::new(ErrorKind::NotRestarted, time, message))
     }
 
     #[cold]
-    pub(super) fn fail(
-        &mut self,
-        function: &'static str,
-        family: FlagFamily,
-        code: c_int,
-        mesh_time: f64,
-    ) -> SolverError {
+    pub(super) fn fail(&mut self, function: &'static str, family: FlagFamily, code: c_int, mesh_time: f64) -> Error {
         let shared = self.shared_mut();
         shared.mesh_time = mesh_time;
         let cause = shared.non_finite.take();
@@ -117,15 +113,12 @@ impl<S: OdeSystem> Core<S> {
         if let Some(payload) = panic {
             resume_unwind(payload);
         }
-        match error {
-            SolverError::Sundials(_) if stalled => SolverError::Stalled { time: mesh_time, cause },
-            SolverError::Sundials(mut failure) => {
-                // A run that failed for another reason may have recovered from such a value.
-                failure.cause = cause.filter(|_| !leaves_the_solver_intact(code));
-                SolverError::Sundials(failure)
-            }
-            other => other,
+        if stalled {
+            let message = format!("the steps at t = {mesh_time} are too short to be seen in the time");
+            return Error::new(ErrorKind::Stalled, mesh_time, message).caused_by(cause);
         }
+        // A run that failed for another reason may have recovered from such a value.
+        error.caused_by(cause.filter(|_| !leaves_the_solver_intact(code)))
     }
 
     #[inline]
@@ -149,7 +142,7 @@ impl<S: OdeSystem> Core<S> {
         self.shared().dimension
     }
 
-    pub(super) fn take_initial_state(&mut self, t0: f64, y0: &[f64]) -> Result<(), SolverError> {
+    pub(super) fn take_initial_state(&mut self, t0: f64, y0: &[f64]) -> Result<(), Error> {
         finite("initial time", t0)?;
         initial_state(self.dimension(), y0)?;
         self.state.values_mut().copy_from_slice(y0);
@@ -157,7 +150,7 @@ impl<S: OdeSystem> Core<S> {
         Ok(())
     }
 
-    pub(super) fn take_tolerances(&mut self, tolerances: &Tolerances) -> Result<(), SolverError> {
+    pub(super) fn take_tolerances(&mut self, tolerances: &Tolerances) -> Result<(), Error> {
         length("absolute tolerances", self.dimension(), tolerances.absolute.len())?;
         not_negative("relative tolerance", tolerances.relative)?;
         for &absolute in &tolerances.absolute {
@@ -193,16 +186,15 @@ impl<S: OdeSystem> Core<S> {
         }
     }
 
-    pub(super) fn begin_interpolation(&self, t: f64, k: u32, out: &[f64]) -> Result<c_int, SolverError> {
+    pub(super) fn begin_interpolation(&self, t: f64, k: u32, out: &[f64]) -> Result<c_int, Error> {
         finite("time", t)?;
         length("interpolated values", self.dimension(), out.len())?;
         if self.status != SolverStatus::Stepped {
-            return Err(SolverError::NoStep { time: self.time });
+            let time = self.time;
+            let message = format!("no step has been taken since t = {time}, so there is nothing to interpolate");
+            return Err(Error::new(ErrorKind::NoStep, time, message));
         }
-        c_int::try_from(k).map_err(|_| SolverError::Argument {
-            what: "derivative",
-            value: f64::from(k),
-        })
+        c_int::try_from(k).map_err(|_| refused("derivative", f64::from(k)))
     }
 
     /// The dense output may have called the right-hand side.
@@ -212,7 +204,7 @@ impl<S: OdeSystem> Core<S> {
         family: FlagFamily,
         code: c_int,
         out: &mut [f64],
-    ) -> Result<(), SolverError> {
+    ) -> Result<(), Error> {
         let shared = self.shared_mut();
         shared.reset_watch();
         if let Some(payload) = shared.take_panic() {
@@ -256,44 +248,40 @@ fn leaves_the_solver_intact(code: c_int) -> bool {
     .contains(&code)
 }
 
-pub(super) fn finite(what: &'static str, value: f64) -> Result<(), SolverError> {
-    if value.is_finite() {
-        Ok(())
-    } else {
-        Err(SolverError::Argument { what, value })
+fn refused(what: &str, value: f64) -> Error {
+    Error::new(ErrorKind::Argument, f64::NAN, format!("{what} cannot be {value}"))
+}
+
+fn allowed(what: &str, value: f64, allowed: bool) -> Result<(), Error> {
+    match allowed && value.is_finite() {
+        true => Ok(()),
+        false => Err(refused(what, value)),
     }
 }
 
-pub(super) fn not_negative(what: &'static str, value: f64) -> Result<(), SolverError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(SolverError::Argument { what, value })
-    }
+pub(super) fn finite(what: &str, value: f64) -> Result<(), Error> {
+    allowed(what, value, true)
 }
 
-pub(super) fn positive(what: &'static str, value: f64) -> Result<(), SolverError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(SolverError::Argument { what, value })
-    }
+pub(super) fn not_negative(what: &str, value: f64) -> Result<(), Error> {
+    allowed(what, value, value >= 0.0)
 }
 
-pub(super) fn length(what: &'static str, expected: usize, found: usize) -> Result<(), SolverError> {
+pub(super) fn positive(what: &str, value: f64) -> Result<(), Error> {
+    allowed(what, value, value > 0.0)
+}
+
+pub(super) fn length(what: &str, expected: usize, found: usize) -> Result<(), Error> {
     if expected == found {
-        Ok(())
-    } else {
-        Err(SolverError::Length { what, expected, found })
+        return Ok(());
     }
+    let message = format!("{what}: expected {expected} values, got {found}");
+    Err(Error::new(ErrorKind::Length { expected, found }, f64::NAN, message))
 }
 
-fn initial_state(dimension: usize, y0: &[f64]) -> Result<(), SolverError> {
+fn initial_state(dimension: usize, y0: &[f64]) -> Result<(), Error> {
     if dimension == 0 {
-        return Err(SolverError::Argument {
-            what: "dimension",
-            value: 0.0,
-        });
+        return Err(refused("dimension", 0.0));
     }
     length("initial state", dimension, y0.len())?;
     y0.iter().try_for_each(|&value| finite("initial state", value))

@@ -7,7 +7,7 @@
 //! | `Esdirk` | ARKODE's ARKStep | an implicit Runge-Kutta method for stiff systems |
 //!
 //! A user implements [`OdeSystem`], makes a [`Solver`] with a method, sets crossings, and calls
-//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`SolverError`] has the C function, the flag's
+//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`Error`] has the C function, the flag's
 //! name, the time, SUNDIALS' message, and the callback value that caused it.
 //!
 //! - A panic in a callback does not unwind through C: it is resumed in Rust, out of `advance`.
@@ -22,19 +22,21 @@
 mod callbacks;
 mod context;
 mod core;
-mod error;
 mod ffi;
 mod flags;
 mod method;
 mod newton;
+mod non_finite;
 mod solver;
 mod tables;
 
-pub use error::{Callback, Failure, NonFinite, SolverError};
 pub use flags::{Flag, FlagFamily};
 pub use method::{CvodeOptions, Multistep, Nonlinear, ShortSteps, SolverMethod};
+pub use non_finite::{Callback, NonFinite};
 pub use solver::Solver;
 pub use tables::{Coefficients, ErkTable};
+
+pub use stickslip_system::record::Counters;
 
 use stickslip_system::numerics::band::BandMut;
 
@@ -153,32 +155,4 @@ impl Tolerances {
             absolute: vec![absolute; dimension],
         }
     }
-}
-
-/// Work since the start or the last restart.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Counters {
-    /// Accepted steps. (`CVodeGetNumSteps`)
-    pub steps: u64,
-    /// Calls of [`OdeSystem::rhs`], including differences for Jacobians. (`CVodeGetNumRhsEvals` +
-    /// `CVodeGetNumLinRhsEvals`)
-    pub rhs_evaluations: u64,
-    /// New Jacobians, by [`OdeSystem::jacobian`], [`OdeSystem::band_jacobian`] or differences. (`CVodeGetNumJacEvals`)
-    pub jacobian_evaluations: u64,
-    /// Factorisations of the Newton matrix. (`CVodeGetNumLinSolvSetups`)
-    pub linear_solver_setups: u64,
-    /// Steps refused by the error test. (`CVodeGetNumErrTestFails`)
-    pub error_test_failures: u64,
-    /// Newton or fixed-point iterations. (`CVodeGetNumNonlinSolvIters`)
-    pub nonlinear_iterations: u64,
-    /// Iterations that did not converge. (`CVodeGetNumNonlinSolvConvFails`)
-    pub nonlinear_convergence_failures: u64,
-    /// Calls of [`OdeSystem::roots`]. (`CVodeGetNumGEvals`)
-    pub root_evaluations: u64,
-    /// Order of the last step; 0 before the first step. (`CVodeGetLastOrder`; fixed for a Runge-Kutta method)
-    pub last_order: u32,
-    /// Length of the last step; 0 before the first step. (`CVodeGetLastStep`)
-    pub last_step: f64,
-    /// Length of the next step. (`CVodeGetCurrentStep`)
-    pub current_step: f64,
 }

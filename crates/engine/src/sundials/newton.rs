@@ -6,8 +6,9 @@ use std::ptr::{self, NonNull};
 use super::OdeSystem;
 use super::callbacks::{SUCCESS, guarded};
 use super::context::{Context, Vector, made, values, values_mut};
-use super::error::{Callback, SolverError};
 use super::ffi;
+use super::non_finite::Callback;
+use crate::Error;
 use stickslip_system::numerics::band::BandMut;
 
 pub(super) struct Newton {
@@ -23,7 +24,7 @@ struct BandSolver {
 }
 
 impl Newton {
-    pub(super) fn dense(context: &Context, template: &Vector) -> Result<Self, SolverError> {
+    pub(super) fn dense(context: &Context, template: &Vector) -> Result<Self, Error> {
         let n = template.length as ffi::sunindextype;
         let mut newton = Self {
             // SAFETY: the context is alive.
@@ -43,7 +44,7 @@ impl Newton {
         template: &Vector,
         half_width: usize,
         data: *mut c_void,
-    ) -> Result<Self, SolverError> {
+    ) -> Result<Self, Error> {
         let n = template.length;
         let [rows, width] = [n, half_width.min(n - 1)].map(|length| length as ffi::sunindextype);
         let z = Vector::new(context, &vec![0.0; n])?;

@@ -2,13 +2,14 @@
 
 use std::ffi::{c_int, c_long, c_void};
 
-use super::context::FixedPointSolver;
+use super::context::{FixedPointSolver, no_memory};
 use super::core::{Core, SolverStatus, finite, positive};
-use super::error::{Callback, SolverError};
 use super::flags::FlagFamily;
 use super::method::{CvodeOptions, Multistep, Nonlinear, ShortSteps, SolverMethod};
 use super::newton::{self, Newton};
+use super::non_finite::Callback;
 use super::{AdvanceTarget, Advanced, Counters, Direction, OdeSystem, Tolerances, callbacks, ffi};
+use crate::Error;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SolverFamily {
@@ -46,7 +47,7 @@ impl Drop for Memory {
 /// A solver of an initial value problem; it owns the system.
 ///
 /// The docs name the functions of CVODE; those of ARKODE have the prefix `ARKode`. Arguments that are not finite,
-/// slices of a wrong length, and failure flags of C functions give a [`SolverError`].
+/// slices of a wrong length, and failure flags of C functions give a [`Error`].
 pub struct Solver<S: OdeSystem> {
     // Fields are dropped in this order.
     memory: Memory,
@@ -103,7 +104,7 @@ impl<S: OdeSystem> Solver<S> {
         t0: f64,
         y0: &[f64],
         tolerances: &Tolerances,
-    ) -> Result<Self, SolverError> {
+    ) -> Result<Self, Error> {
         let method = method.into();
         let core = Core::new(system, t0, y0)?;
         let (y, context) = (core.state.raw(), core.context.raw());
@@ -131,7 +132,7 @@ impl<S: OdeSystem> Solver<S> {
         };
         let memory = Memory { kind, raw };
         if raw.is_null() {
-            return Err(SolverError::Allocation { function });
+            return Err(no_memory(function));
         }
         let mut this = Self {
             memory,
@@ -182,7 +183,7 @@ impl<S: OdeSystem> Solver<S> {
         Ok(this)
     }
 
-    fn set_multistep(&mut self, options: CvodeOptions) -> Result<(), SolverError> {
+    fn set_multistep(&mut self, options: CvodeOptions) -> Result<(), Error> {
         match options.nonlinear {
             Nonlinear::Newton => self.set_newton()?,
             Nonlinear::FixedPoint => {
@@ -210,7 +211,7 @@ impl<S: OdeSystem> Solver<S> {
         self.start_climbing()
     }
 
-    fn set_newton(&mut self) -> Result<(), SolverError> {
+    fn set_newton(&mut self) -> Result<(), Error> {
         let (core, system) = (&self.core, self.system());
         let (newton, jacobian): (_, ffi::CVLsJacFn) = match system.half_width() {
             Some(half_width) => {
@@ -231,7 +232,7 @@ impl<S: OdeSystem> Solver<S> {
         Ok(())
     }
 
-    fn set_fixed_step(&mut self, step: Option<f64>) -> Result<(), SolverError> {
+    fn set_fixed_step(&mut self, step: Option<f64>) -> Result<(), Error> {
         self.fixed_step = step.is_some();
         let Some(step) = step else { return Ok(()) };
         finite("fixed step", step)?;
@@ -239,7 +240,7 @@ impl<S: OdeSystem> Solver<S> {
         call!(self, Arkode, ARKodeSetFixedStep(step))
     }
 
-    fn start_climbing(&mut self) -> Result<(), SolverError> {
+    fn start_climbing(&mut self) -> Result<(), Error> {
         self.climbing = self.short_steps.is_some();
         match self.short_steps {
             Some(short) => call!(self, Cvode, CVodeSetMaxOrd(int(short.max_order))),
@@ -249,7 +250,7 @@ impl<S: OdeSystem> Solver<S> {
 
     /// Out of line, to keep a plain step short.
     #[inline(never)]
-    fn climb(&mut self, short: ShortSteps) -> Result<(), SolverError> {
+    fn climb(&mut self, short: ShortSteps) -> Result<(), Error> {
         if self.last_step_size()? > short.until {
             self.climbing = false;
             call!(self, Cvode, CVodeSetMaxOrd(self.order))?;
@@ -257,7 +258,7 @@ impl<S: OdeSystem> Solver<S> {
         Ok(())
     }
 
-    fn init_crossings(&mut self) -> Result<(), SolverError> {
+    fn init_crossings(&mut self) -> Result<(), Error> {
         let count = self.core.directions.len();
         let roots = callbacks::roots::<S>(count);
         // The first call makes SUNDIALS forget which functions were zero at the last start, and therefore not watched.
@@ -293,7 +294,7 @@ impl<S: OdeSystem> Solver<S> {
 
     /// Restarts at `t0` with the state `y0`. Resets counters and stop time, and keeps the other settings.
     /// (`CVodeReInit`, `ERKStepReInit`, `ARKStepReInit`)
-    pub fn restart(&mut self, t0: f64, y0: &[f64]) -> Result<(), SolverError> {
+    pub fn restart(&mut self, t0: f64, y0: &[f64]) -> Result<(), Error> {
         self.core.take_initial_state(t0, y0)?;
         let (y, rhs) = (self.core.state.raw(), Some(callbacks::rhs::<S> as _));
         match self.memory.kind {
@@ -311,7 +312,7 @@ impl<S: OdeSystem> Solver<S> {
     }
 
     /// Sets the tolerances. (`CVodeSVtolerances`)
-    pub fn set_tolerances(&mut self, tolerances: &Tolerances) -> Result<(), SolverError> {
+    pub fn set_tolerances(&mut self, tolerances: &Tolerances) -> Result<(), Error> {
         self.core.take_tolerances(tolerances)?;
         let (relative, absolute) = (tolerances.relative, self.core.work.raw());
         either!(self, CVodeSVtolerances | ARKodeSVtolerances(relative, absolute))
@@ -320,7 +321,7 @@ impl<S: OdeSystem> Solver<S> {
     /// Sets the crossing direction for each function of [`OdeSystem::roots`]; an empty slice removes all. A function
     /// that is exactly zero at the start is no crossing, and is watched only after it has left zero. (`CVodeRootInit`,
     /// `CVodeSetRootDirection`)
-    pub fn set_crossings(&mut self, crossings: &[Direction]) -> Result<(), SolverError> {
+    pub fn set_crossings(&mut self, crossings: &[Direction]) -> Result<(), Error> {
         let had_none = self.core.directions.is_empty();
         self.core.take_crossings(crossings);
         if had_none && crossings.is_empty() {
@@ -332,7 +333,7 @@ impl<S: OdeSystem> Solver<S> {
 
     /// Sets a time that no step passes; `advance` returns [`Advanced::StopTime`] there once. The time must lie beyond
     /// the internal mesh, not only beyond [`time`](Self::time). (`CVodeSetStopTime`, `CVodeClearStopTime`)
-    pub fn set_stop_time(&mut self, time: Option<f64>) -> Result<(), SolverError> {
+    pub fn set_stop_time(&mut self, time: Option<f64>) -> Result<(), Error> {
         match time {
             None => either!(self, CVodeClearStopTime | ARKodeClearStopTime())?,
             Some(time) => {
@@ -345,14 +346,14 @@ impl<S: OdeSystem> Solver<S> {
     }
 
     /// Sets the longest step, which is positive; None for no bound. (`CVodeSetMaxStep`)
-    pub fn set_max_step(&mut self, step: Option<f64>) -> Result<(), SolverError> {
+    pub fn set_max_step(&mut self, step: Option<f64>) -> Result<(), Error> {
         step.map_or(Ok(()), |step| positive("longest step", step))?;
         either!(self, CVodeSetMaxStep | ARKodeSetMaxStep(step.unwrap_or(0.0)))
     }
 
     /// Sets the first step after a start or restart, with the sign of the direction of integration; None for an
     /// estimate. (`CVodeSetInitStep`)
-    pub fn set_initial_step(&mut self, step: Option<f64>) -> Result<(), SolverError> {
+    pub fn set_initial_step(&mut self, step: Option<f64>) -> Result<(), Error> {
         step.map_or(Ok(()), |step| finite("initial step", step))?;
         self.initial_step = step.unwrap_or(0.0);
         // ARKODE keeps a fixed step in the same place.
@@ -364,7 +365,7 @@ impl<S: OdeSystem> Solver<S> {
 
     /// Sets the largest number of steps in a call of `advance`, by default 500; None for no bound. After this error
     /// `advance` may be called again. (`CVodeSetMaxNumSteps`)
-    pub fn set_max_steps(&mut self, steps: Option<u64>) -> Result<(), SolverError> {
+    pub fn set_max_steps(&mut self, steps: Option<u64>) -> Result<(), Error> {
         let most = steps.map_or(-1, |steps| c_long::try_from(steps.max(1)).unwrap_or(c_long::MAX));
         either!(self, CVodeSetMaxNumSteps | ARKodeSetMaxNumSteps(most))
     }
@@ -374,7 +375,7 @@ impl<S: OdeSystem> Solver<S> {
     /// # Panics
     /// Resumes the panic of a callback.
     #[inline]
-    pub fn advance(&mut self, t_out: f64, task: AdvanceTarget) -> Result<Advanced, SolverError> {
+    pub fn advance(&mut self, t_out: f64, task: AdvanceTarget) -> Result<Advanced, Error> {
         self.core.begin(t_out)?;
         let mut time = self.core.time;
         let mut code = self.evolve(t_out, task, &mut time);
@@ -420,7 +421,7 @@ impl<S: OdeSystem> Solver<S> {
 
     #[cold]
     #[inline(never)]
-    fn failed(&mut self, code: c_int, time: f64) -> SolverError {
+    fn failed(&mut self, code: c_int, time: f64) -> Error {
         // After a failed stage ARKODE reports the time of the stage.
         let mesh_time = self.mesh_time().unwrap_or(time);
         let function = match self.memory.kind {
@@ -432,7 +433,7 @@ impl<S: OdeSystem> Solver<S> {
 
     /// Out of line, to keep a plain step short.
     #[inline(never)]
-    fn find_crossings(&mut self) -> Result<(), SolverError> {
+    fn find_crossings(&mut self) -> Result<(), Error> {
         let found = self.core.raw_found.as_mut_ptr();
         either!(self, CVodeGetRootInfo | ARKodeGetRootInfo(found))?;
         self.core.read_crossings();
@@ -448,7 +449,7 @@ impl<S: OdeSystem> Solver<S> {
         t_out: f64,
         task: AdvanceTarget,
         time: &mut f64,
-    ) -> Result<c_int, SolverError> {
+    ) -> Result<c_int, Error> {
         /// As many attempts as ARKODE makes for implicit stages (`ARKodeSetMaxConvFails`).
         const MOST: u32 = 10;
         let mut attempts = 0;
@@ -517,7 +518,7 @@ impl<S: OdeSystem> Solver<S> {
     /// For a Runge-Kutta method the degree of the dense output is at most 5 and below the method's order. Output times
     /// and crossings use it too: in long steps of a method of order 6 to 9 their error can exceed the tolerance by
     /// far, unless the step is bounded. The end of a step has the error of the method.
-    pub fn interpolate(&mut self, t: f64, k: u32, out: &mut [f64]) -> Result<(), SolverError> {
+    pub fn interpolate(&mut self, t: f64, k: u32, out: &mut [f64]) -> Result<(), Error> {
         let k = self.core.begin_interpolation(t, k, out)?;
         let (memory, work) = (self.memory.raw, self.core.work.raw());
         // SAFETY: as in `evolve`.
@@ -532,7 +533,7 @@ impl<S: OdeSystem> Solver<S> {
     }
 
     /// End of the last internal step, at or beyond [`time`](Self::time). (`CVodeGetCurrentTime`)
-    pub fn mesh_time(&mut self) -> Result<f64, SolverError> {
+    pub fn mesh_time(&mut self) -> Result<f64, Error> {
         if self.memory.kind != SolverFamily::Cvode {
             return Ok(self.core.shared().mesh_time);
         }
@@ -542,14 +543,14 @@ impl<S: OdeSystem> Solver<S> {
     }
 
     /// Length of the last internal step; 0 before the first. (`CVodeGetLastStep`)
-    pub fn last_step_size(&mut self) -> Result<f64, SolverError> {
+    pub fn last_step_size(&mut self) -> Result<f64, Error> {
         let mut step = 0.0;
         either!(self, CVodeGetLastStep | ARKodeGetLastStep(&mut step))?;
         Ok(step)
     }
 
     /// Work since the start or the last restart.
-    pub fn counters(&mut self) -> Result<Counters, SolverError> {
+    pub fn counters(&mut self) -> Result<Counters, Error> {
         let mut counters = Counters::default();
         // SUNDIALS resets some counters only in the first step.
         if self.core.status == SolverStatus::Fresh {
@@ -562,10 +563,6 @@ impl<S: OdeSystem> Solver<S> {
         either!(self, CVodeGetNumSteps | ARKodeGetNumSteps(&mut steps))?;
         either!(self, CVodeGetNumErrTestFails | ARKodeGetNumErrTestFails(&mut failures))?;
         either!(self, CVodeGetLastStep | ARKodeGetLastStep(&mut counters.last_step))?;
-        either!(
-            self,
-            CVodeGetCurrentStep | ARKodeGetCurrentStep(&mut counters.current_step)
-        )?;
         match self.memory.kind {
             SolverFamily::Cvode => {
                 call!(self, Cvode, CVodeGetNumRhsEvals(&mut rhs))?;

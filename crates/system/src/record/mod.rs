@@ -9,4 +9,4 @@ pub mod sequence;
 pub use channel::{Channels, RecordedChannel, State};
 pub use digest::{Cycle, CycleStatistics, EventDigest};
 pub use recorder::{FurtherColumns, MemoryRecorder, NoRecorder, Recorder, RecorderError};
-pub use rows::{DensePiece, Event, EventKind, Sample, Segment};
+pub use rows::{Counters, DensePiece, Event, EventKind, Sample, Segment};

@@ -132,24 +132,32 @@ pub struct Segment {
     pub solver: &'static str,
     /// Whether steps had to resolve the fast torsional mode; `None` from a file that does not say.
     pub resolved: Option<bool>,
-    /// Accepted steps.
+    /// Work of the solver.
+    pub counters: Counters,
+}
+
+/// Work of a solver, since its start or last restart.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Counters {
+    /// Accepted steps. (`CVodeGetNumSteps`)
     pub steps: u64,
-    /// Evaluations of the right-hand side.
+    /// Evaluations of the right-hand side, including differences for Jacobians. (`CVodeGetNumRhsEvals` +
+    /// `CVodeGetNumLinRhsEvals`)
     pub rhs_evaluations: u64,
-    /// Evaluations of the Jacobian.
+    /// Evaluations of the Jacobian, or differences in its place. (`CVodeGetNumJacEvals`)
     pub jacobian_evaluations: u64,
-    /// Factorisations of the linear solver.
+    /// Factorisations of the Newton matrix. (`CVodeGetNumLinSolvSetups`)
     pub linear_solver_setups: u64,
-    /// Steps rejected by the test of the local error.
+    /// Steps rejected by the test of the local error. (`CVodeGetNumErrTestFails`)
     pub error_test_failures: u64,
-    /// Iterations of the nonlinear solver.
+    /// Newton or fixed-point iterations. (`CVodeGetNumNonlinSolvIters`)
     pub nonlinear_iterations: u64,
-    /// Failures of the nonlinear solver to converge.
+    /// Iterations that did not converge. (`CVodeGetNumNonlinSolvConvFails`)
     pub nonlinear_convergence_failures: u64,
-    /// Evaluations of the guards.
+    /// Evaluations of the guards. (`CVodeGetNumGEvals`)
     pub root_evaluations: u64,
-    /// Order of the last step, 0 if the solver has none.
+    /// Order of the last step; 0 before the first step, or if the solver has none. (`CVodeGetLastOrder`)
     pub last_order: u32,
-    /// Last step, s.
+    /// Length of the last step, s; 0 before the first. (`CVodeGetLastStep`)
     pub last_step: f64,
 }

@@ -2,16 +2,17 @@
 
 use super::sliding_path::Slowing;
 use serde::Serialize;
-use stickslip_engine::hybrid::RunError;
+use std::sync::atomic::{AtomicBool, Ordering};
+use stickslip_engine::Error;
 use stickslip_engine::run::Run;
-use stickslip_engine::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions, natural_period};
+use stickslip_engine::simulation::{Method, OutputOptions, RunReport, SolverOptions, natural_period};
 use stickslip_engine::workers::over_processors;
 use stickslip_system::friction::Law;
 use stickslip_system::model::stability::{FastModes, Forecast};
 use stickslip_system::model::system::{Kick, KickSide, System};
 use stickslip_system::model::{KickTime, Mode};
-use stickslip_system::record::{Event, EventDigest};
-use stickslip_system::watch::go_on_unless;
+use stickslip_system::record::{Event, EventDigest, EventKind, Recorder, RecorderError, Sample};
+use stickslip_system::watch::Watch;
 
 /// Growth of a perturbation along smooth sliding without a kick, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -180,12 +181,7 @@ pub struct Onset {
 /// First stick of sliding that slows down by itself, for every method and tolerance, up to `end_time` (s). Runs are
 /// made without a kick, and with the system's kicks; without such kicks, one of `KICK` at the instability. They use
 /// all processors and end at the first stick. `stop` is polled; the result is `None` if it returns `true`.
-pub fn onsets(
-    trains: &System,
-    solver: &SolverOptions,
-    end_time: f64,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Vec<Onset>> {
+pub fn onsets(trains: &System, solver: &SolverOptions, end_time: f64, stop: &dyn Watch) -> Option<Vec<Onset>> {
     let (mut without, mut with) = (trains.clone(), trains.clone());
     without.kicks.clear();
     if with.kicks.is_empty() {
@@ -211,9 +207,7 @@ pub fn onsets(
         };
         // A failure after the first stick does not matter. Before it, there is no stick. A contact that sticks from the
         // beginning has its onset when it sticks again.
-        let (report, _) = run_until(trains, &solver, end_time, |progress| {
-            stop() || (progress.mode == Mode::Stick && progress.events > 0)
-        });
+        let (report, _) = run_to_first_stick(trains, &solver, end_time, false, stop);
         Onset {
             method: method.name(),
             rtol,
@@ -221,20 +215,51 @@ pub fn onsets(
             first_stick: report.digest.cycles.onset_time,
         }
     });
-    (!stop()).then_some(found)
+    (!stop.stopped()).then_some(found)
 }
 
-/// Run of a system until `stop` returns `true`, and the reason of a failure.
-pub(super) fn run_until(
+/// Run of a system to its first stick, or until it is stopped, and the reason of a failure. A contact that sticks from
+/// the beginning ends the run there if `at_once`, otherwise when it sticks again.
+pub(super) fn run_to_first_stick(
     trains: &System,
     solver: &SolverOptions,
     end_time: f64,
-    stop: impl Fn(Progress) -> bool,
-) -> (RunReport, Option<RunError>) {
+    at_once: bool,
+    stop: &dyn Watch,
+) -> (RunReport, Option<Error>) {
     let output = OutputOptions::at_the_ends(end_time);
-    let run = Run::of_system(trains, 0.0, solver, &output).control(|progress| go_on_unless(stop(progress)));
-    match run.start() {
+    let stuck = AtomicBool::new(false);
+    let mut recorder = FirstStick { stuck: &stuck, at_once };
+    let run = Run::of_system(trains, 0.0, solver, &output)
+        .record(&mut recorder)
+        .watch(&|| stop.stopped() || stuck.load(Ordering::Relaxed))
+        .start();
+    match run {
         Ok(report) => (report, None),
         Err(failure) => (failure.report, Some(failure.error)),
+    }
+}
+
+#[derive(Debug)]
+struct FirstStick<'a> {
+    stuck: &'a AtomicBool,
+    at_once: bool,
+}
+
+impl Recorder for FirstStick<'_> {
+    fn stores_motion(&self) -> bool {
+        false
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.stuck
+            .fetch_or(self.at_once && sample.mode == Mode::Stick, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        let again = event.kind == EventKind::Stick || self.at_once && event.mode_after == Mode::Stick;
+        self.stuck.fetch_or(again, Ordering::Relaxed);
+        Ok(())
     }
 }

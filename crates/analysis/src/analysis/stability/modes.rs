@@ -2,7 +2,7 @@
 //! speed, loss of stability, and cause of the onset of stick-slip.
 
 use super::Growth;
-use super::growth::run_until;
+use super::growth::run_to_first_stick;
 use super::linear::SlidingVerdict;
 use super::sliding_path::Slowing;
 use super::states::{at_start, critical_speeds};
@@ -10,7 +10,6 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use stickslip_engine::simulation::{RunReport, SolverOptions, natural_period};
 use stickslip_system::friction::{FrictionLaw, Law};
-use stickslip_system::model::Mode;
 use stickslip_system::model::equations::SystemEquations;
 use stickslip_system::model::stability::fast_growth_rate;
 use stickslip_system::model::system::{Pressing, System};
@@ -298,7 +297,7 @@ impl SlowingModes {
     fn of_case(trains: &System, solver: &SolverOptions, end_time: f64) -> Option<SlowingModes> {
         let sliding = Slowing::new(trains)?;
         let natural_period = natural_period(trains)?;
-        let (mut report, failure) = run_until(trains, solver, end_time, |progress| progress.mode == Mode::Stick);
+        let (mut report, failure) = run_to_first_stick(trains, solver, end_time, true, &());
         if failure.is_none() {
             // Smooth sliding is examined to the end of the case, beyond the stop of this run.
             report.end = end_time;

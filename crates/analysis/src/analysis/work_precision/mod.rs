@@ -179,7 +179,7 @@ fn sequence(events: &[Event]) -> MethodSequence {
 /// Report of a run. Fails only if stopped; the inner error is that of the run.
 fn integrate(case: &Case, watch: &dyn Watch) -> Result<Result<RunReport, String>, Error> {
     let mut recorder = NoRecorder;
-    match Run::new(case).record(&mut recorder).stop(|| watch.stopped()).start() {
+    match Run::new(case).record(&mut recorder).watch(&|| watch.stopped()).start() {
         Ok(report) if report.interrupted => Err(Error::interrupted()),
         report => Ok(report.map_err(|failure| failure.to_string())),
     }

@@ -1,8 +1,9 @@
 //! Radau steps.
 
 use super::{PreviousStep, STAGES, STEP_NOISE, TaylorEngine, tableau};
-use crate::hybrid::{Advance, Dynamics, EngineError, Fired};
-use crate::simulation::dynamics::{SystemDynamics, SystemLocation, Watched};
+use crate::Error;
+use crate::hybrid::dynamics::{SystemDynamics, SystemLocation, Watched};
+use crate::hybrid::{Advance, Fired};
 use nalgebra::{DMatrixViewMut, SMatrix, SVector};
 use std::sync::OnceLock;
 use stickslip_system::friction::Law;
@@ -63,7 +64,7 @@ impl TaylorEngine {
         self.accepted = (0.0, 0.0);
     }
 
-    pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, EngineError> {
+    pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, Error> {
         let shortest = SHORTEST_RADAU * self.period;
         self.weigh();
         let dynamics = self.dynamics.clone();

@@ -14,10 +14,11 @@
 
 pub(super) mod collocation;
 
-use super::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
 use super::regime::LARGEST_TIME_SCALE_RATIO;
-use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, EngineSegment, Fired};
+use crate::Error;
+use crate::hybrid::dynamics::{GUARD_STOPPING, SystemDynamics, SystemLocation, VELOCITY_NOISE, Watched};
+use crate::hybrid::{Advance, ChosenSolver, Engine, EngineSegment, Fired};
 use crate::sundials::Counters;
 use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
@@ -85,7 +86,7 @@ pub struct TaylorEngine {
     /// Whether the last step followed the slow motion alone: along the slow manifold, or by Radau.
     slow: bool,
     first: bool,
-    /// Whether the slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
+    /// Whether the slip has begun against its sense, see [`SystemDynamics::starts_beyond`], and has not turned yet.
     beyond: bool,
     held: Option<f64>,
     counters: Counters,
@@ -192,7 +193,7 @@ impl TaylorEngine {
 
     /// A step along the slow manifold, if the slip deviates from it by no more than the error of a step. The motion
     /// without fast modes has a series of its own, even where the manifold is unstable.
-    fn slow_step(&mut self) -> Result<Option<Advance>, EngineError> {
+    fn slow_step(&mut self) -> Result<Option<Advance>, Error> {
         let dynamics = self.dynamics.clone();
         let (system, t) = (&dynamics.system, self.origin + self.tau);
         // With drives the slow manifold would depend on time.
@@ -410,10 +411,10 @@ impl TaylorEngine {
         }
     }
 
-    fn expansion_step(&mut self, longest: f64) -> Result<Advance, EngineError> {
+    fn expansion_step(&mut self, longest: f64) -> Result<Advance, Error> {
         let (dynamics, unit) = (self.dynamics.clone(), self.expansion.unit);
         if longest.is_nan() {
-            return Err(EngineError::NotFinite);
+            return Err(Error::step("a step ended with values that are not finite"));
         }
         let left = self.span - self.tau;
         let bound = longest.min(self.max_step);
@@ -421,7 +422,8 @@ impl TaylorEngine {
         let length = if reaches { left } else { bound };
         let tau = self.tau + length;
         if tau <= self.tau {
-            return Err(EngineError::StepTooShort { step: length });
+            let message = format!("the error test or Newton's method still fails at a step of {length:.1e} s");
+            return Err(Error::step(message));
         }
         let mut earliest: Option<(f64, usize)> = None;
         for (index, &watched) in dynamics.watched(&self.location).iter().enumerate() {
@@ -456,8 +458,8 @@ fn divide_out(guard: &mut Series, roots: usize) {
     guard[TERMS - roots..].fill(0.0);
 }
 
-impl Engine<SystemLocation> for TaylorEngine {
-    fn begin(&mut self, segment: &EngineSegment<'_, SystemLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+impl Engine for TaylorEngine {
+    fn begin(&mut self, segment: &EngineSegment<'_>, chosen: &ChosenSolver) -> Result<(), Error> {
         self.location = segment.location;
         self.origin = segment.start;
         self.span = segment.span();
@@ -482,7 +484,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         Ok(())
     }
 
-    fn advance(&mut self) -> Result<Advance, EngineError> {
+    fn advance(&mut self) -> Result<Advance, Error> {
         let strides = !self.location.resolved && self.location.mode.sense() != 0;
         self.slow = true;
         if strides && let Some(advance) = self.slow_step()? {
@@ -522,7 +524,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         &self.y
     }
 
-    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), Error> {
         match self.last {
             PreviousStep::Expansion(about) => self.expansion.at((tau - about) / self.expansion.unit, out),
             PreviousStep::Collocation => self.radau.step.at(tau, out),
@@ -534,7 +536,7 @@ impl Engine<SystemLocation> for TaylorEngine {
         self.slow
     }
 
-    fn counters(&mut self) -> Result<Counters, EngineError> {
+    fn counters(&mut self) -> Result<Counters, Error> {
         Ok(with_work_of(self.counters, self.radau.work, self.radau_before))
     }
 }

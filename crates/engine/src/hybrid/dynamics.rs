@@ -1,7 +1,7 @@
-//! A system for the automaton: its locations, guards and smooth equations.
+//! A system for the automaton: its locations, guards and smooth equations. Solvers share it.
 
 use super::excitation::{Excitation, OutsideSeries};
-use crate::hybrid::{Direction, Dynamics, Guard};
+use super::{Direction, Guard};
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -75,15 +75,15 @@ pub struct SystemDynamics {
     pub excitation: Excitation,
     /// |omega_r| (rad/s) below which a contact without stick counts as stuck.
     pub threshold: f64,
-    pub(super) rates: ModeRates,
-    pub(super) closed_form: closed_form::ClosedForm,
+    pub(crate) rates: ModeRates,
+    pub(crate) closed_form: closed_form::ClosedForm,
     slow_motions: SlowMotions,
     /// Only for long trains.
     chain: OnceLock<Option<ChainCoordinates>>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ModeRates {
+pub(crate) struct ModeRates {
     /// Largest magnitude of an eigenvalue in any mode, 1/s; 0 if nothing moves by itself.
     pub fastest: f64,
     /// Fastest damping in sliding over the slowest motion that steps must resolve. Without stick the latter is the
@@ -141,15 +141,15 @@ impl ModeRates {
 /// (9).
 const LARGEST_DIP: f64 = 7.5e-5;
 
-pub(super) const GUARD_STOPPING: usize = 0;
+pub(crate) const GUARD_STOPPING: usize = 0;
 /// The backward guard follows.
-pub(super) const GUARD_FORWARD: usize = 0;
+pub(crate) const GUARD_FORWARD: usize = 0;
 
 /// Rounding of the relative velocity, relative to the speeds whose difference it is.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 
 /// Relative velocities below this share of those speeds count as zero at the start of a segment or a contact.
-pub(super) const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
+pub(crate) const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
 
 /// Torques in stick below this share of the largest breakaway torque count as zero.
 const TORQUE_NOISE: f64 = 8.0 * f64::EPSILON;
@@ -164,7 +164,7 @@ const AHEAD: f64 = 1e-6;
 const SHORTEST_REACH: f64 = 1e-7;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Watched {
+pub(crate) enum Watched {
     /// s omega_r.
     Stopping,
     /// Margin of steady sliding, now positive.
@@ -241,7 +241,7 @@ impl SystemDynamics {
     }
 
     /// Stick or separation without fast modes; `None` in other modes, and if no mode is slow compared with the others.
-    pub(super) fn slow_motion(&self, mode: Mode) -> Option<&SlowMotion> {
+    pub(crate) fn slow_motion(&self, mode: Mode) -> Option<&SlowMotion> {
         self.slow_motions.of(&self.system, mode)
     }
 
@@ -286,11 +286,11 @@ impl SystemDynamics {
         }
     }
 
-    pub(super) fn watched(&self, location: &SystemLocation) -> &'static [Watched] {
+    pub(crate) fn watched(&self, location: &SystemLocation) -> &'static [Watched] {
         self.watches(location).0
     }
 
-    pub(super) fn knot(&self, location: &SystemLocation, above: bool) -> Option<f64> {
+    pub(crate) fn knot(&self, location: &SystemLocation, above: bool) -> Option<f64> {
         let knots = self.system.law.knots();
         let index = if above {
             Some(location.piece)
@@ -307,7 +307,7 @@ impl SystemDynamics {
             .stability_margin(location.sign(), location.piece, &outside, y)
     }
 
-    pub(super) fn watched_value(
+    pub(crate) fn watched_value(
         &self,
         watched: Watched,
         location: &SystemLocation,
@@ -328,7 +328,7 @@ impl SystemDynamics {
         }
     }
 
-    pub(super) fn outside_rates(&self, location: &SystemLocation, t: f64) -> Outside {
+    pub(crate) fn outside_rates(&self, location: &SystemLocation, t: f64) -> Outside {
         let mut series = OutsideSeries::<_, 4>::new();
         let ringing = self.excitation.ringing_in_doubles();
         self.excitation.series(ringing, location.stretch, t, 1.0, &mut series);
@@ -363,7 +363,7 @@ impl SystemDynamics {
     }
 
     /// Sense of a contact without stick, or the sense in which it leaves rest.
-    pub(super) fn side(&self, location: &SystemLocation, t: f64, y: &[f64]) -> i8 {
+    pub(crate) fn side(&self, location: &SystemLocation, t: f64, y: &[f64]) -> i8 {
         let outside = self.outside(location, t);
         let w = self.system.relative_velocity(&outside, y);
         let w = if w != 0.0 {
@@ -375,7 +375,7 @@ impl SystemDynamics {
     }
 
     /// Rounding of the interface torque, N m. A smaller torque breaks no stick, however weak the normal force.
-    pub(super) fn torque_noise(&self) -> f64 {
+    pub(crate) fn torque_noise(&self) -> f64 {
         TORQUE_NOISE * self.largest_breakaway_torque(self.excitation.largest_force())
     }
 
@@ -383,16 +383,14 @@ impl SystemDynamics {
     pub fn is_engaged(&self) -> bool {
         self.system.engagement != Engagement::StickSlip
     }
-}
 
-impl Dynamics for SystemDynamics {
-    type Location = SystemLocation;
-
-    fn dimension(&self) -> usize {
+    /// Number of components of the state.
+    pub fn dimension(&self) -> usize {
         self.system.dimension
     }
 
-    fn rhs(&self, location: &SystemLocation, t: f64, y: &[f64], dydt: &mut [f64]) {
+    /// dy/dt, smooth within a location and a little beyond its guards.
+    pub fn rhs(&self, location: &SystemLocation, t: f64, y: &[f64], dydt: &mut [f64]) {
         let outside = match location.mode {
             // The normal force has no effect on these modes.
             Mode::Stick | Mode::Separated => self.excitation.driving_alone(location.stretch, t),
@@ -407,7 +405,8 @@ impl Dynamics for SystemDynamics {
         }
     }
 
-    fn jacobian(&self, location: &SystemLocation, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
+    /// Writes the dense Jacobian into a zeroed matrix.
+    pub fn jacobian(&self, location: &SystemLocation, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
         let outside = self.outside(location, t);
         self.system.jacobian(
             location.mode,
@@ -424,24 +423,29 @@ impl Dynamics for SystemDynamics {
         }
     }
 
-    fn half_width(&self) -> Option<usize> {
+    /// Half-bandwidth of the Jacobian in band coordinates; `None` if it is dense.
+    pub fn half_width(&self) -> Option<usize> {
         self.chain().map(|_| HALF_WIDTH)
     }
 
-    fn band_jacobian(&self, location: &SystemLocation, t: f64, y: &[f64], jacobian: &mut BandMut<'_>) {
+    /// Writes the Jacobian in band coordinates into zeros.
+    pub fn band_jacobian(&self, location: &SystemLocation, t: f64, y: &[f64], jacobian: &mut BandMut<'_>) {
         if let Some(chain) = self.chain() {
             let place = (location.mode, location.sign(), location.piece);
             chain.jacobian(&self.system, place, &self.outside(location, t), y, jacobian);
         }
     }
 
-    fn enter_band(&self, x: &[f64], z: &mut [f64]) {
+    /// Transforms a change of the state into band coordinates.
+    pub fn enter_band(&self, x: &[f64], z: &mut [f64]) {
         if let Some(chain) = self.chain() {
             chain.enter(&self.system, x, z);
         }
     }
 
-    fn leave_band(&self, location: &SystemLocation, z: &[f64], b: &[f64], x: &mut [f64]) {
+    /// Transforms `z`, the solution of (I - gamma J) z = b in band coordinates, back to the coordinates of the state and
+    /// of `b`.
+    pub fn leave_band(&self, location: &SystemLocation, z: &[f64], b: &[f64], x: &mut [f64]) {
         if let Some(chain) = self.chain() {
             chain.leave(&self.system, z, x);
         }
@@ -456,11 +460,13 @@ impl Dynamics for SystemDynamics {
         }
     }
 
-    fn guards(&self, location: &SystemLocation) -> &'static [Guard] {
+    /// Guards in the order of [`Self::guard_values`].
+    pub fn guards(&self, location: &SystemLocation) -> &'static [Guard] {
         self.watches(location).1
     }
 
-    fn guard_values(&self, location: &SystemLocation, t: f64, y: &[f64], values: &mut [f64]) {
+    /// Writes the value of each guard.
+    pub fn guard_values(&self, location: &SystemLocation, t: f64, y: &[f64], values: &mut [f64]) {
         let outside = self.outside(location, t);
         let watched = self.watched(location);
         if location.mode == Mode::Stick {
@@ -485,7 +491,16 @@ impl Dynamics for SystemDynamics {
         }
     }
 
-    fn guard_slopes(&self, location: &SystemLocation, t: f64, y: &[f64], (dt, dy): (f64, &[f64]), slopes: &mut [f64]) {
+    /// Writes the derivative of each guard in the direction of a change of time and state. A change of 1 and the rates of
+    /// the state gives the guards' rates along the motion.
+    pub fn guard_slopes(
+        &self,
+        location: &SystemLocation,
+        t: f64,
+        y: &[f64],
+        (dt, dy): (f64, &[f64]),
+        slopes: &mut [f64],
+    ) {
         let system = &self.system;
         let changes = self.outside_rates(location, t).scaled(dt);
         if location.mode == Mode::Stick {
@@ -509,7 +524,9 @@ impl Dynamics for SystemDynamics {
         }
     }
 
-    fn starts_beyond(&self, location: &SystemLocation, t: f64, y: &[f64], guard: usize) -> bool {
+    /// Whether a guard that is zero at the start of a segment moves to its forbidden side. It is then watched only after
+    /// it has come back: a location may be entered against its own guard.
+    pub fn starts_beyond(&self, location: &SystemLocation, t: f64, y: &[f64], guard: usize) -> bool {
         let system = &self.system;
         if guard != GUARD_STOPPING || location.mode.sense() == 0 || system.breakaway_test == BreakawayTest::Transmitted
         {
@@ -535,7 +552,10 @@ impl Dynamics for SystemDynamics {
         lag > 0.0 && rise > 0.0 && deepest <= LARGEST_DIP * speed
     }
 
-    fn reach(&self, location: &SystemLocation, t: f64, y: &[f64], one_step: bool) -> f64 {
+    /// Longest step (s) from a state with which a solver sees all changes of the equations; infinite if these change no
+    /// faster than the solution. Step control alone misses changes between the stages of a step. `one_step`: the solver
+    /// has stages, so it is no multistep method.
+    pub fn reach(&self, location: &SystemLocation, t: f64, y: &[f64], one_step: bool) -> f64 {
         match location.mode {
             Mode::Stick | Mode::Separated => return f64::INFINITY,
             // A multistep method takes short steps through the smoothed zero of friction, which every change of speed
@@ -570,9 +590,5 @@ impl Dynamics for SystemDynamics {
         // Root of rate h + jerk h^2/2 = change, in the form without cancellation.
         let reach = 2.0 * change / (rate + (rate * rate + 2.0 * jerk * change).sqrt());
         reach.max(SHORTEST_REACH * unit)
-    }
-
-    fn describe(&self, location: &SystemLocation) -> String {
-        format!("mode {}", location.mode.name())
     }
 }

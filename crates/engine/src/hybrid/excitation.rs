@@ -204,7 +204,7 @@ impl Excitation {
         }
     }
 
-    pub(super) fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
+    pub(crate) fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
         Outside {
             rotor: self.driving(&self.rotor, stretch, t),
             stator: self.driving(&self.stator, stretch, t),
@@ -222,7 +222,7 @@ impl Excitation {
 
     /// Inputs that show the size of a motion from `t` (s) on: the inputs at `t`, but for an input that is still weak
     /// its largest magnitude up to the end of the stretch.
-    pub(super) fn ahead(&self, stretch: usize, t: f64) -> Outside {
+    pub(crate) fn ahead(&self, stretch: usize, t: f64) -> Outside {
         let mut outside = self.at(stretch, t);
         let grow = |now: &mut f64, most: f64| {
             if now.abs() < WEAK * most {
@@ -272,7 +272,7 @@ impl Excitation {
 
     /// F_n without the clamp at zero (N), its rate (N/s), and a bound on |F_n''| (N/s^2) from `t` to the end of the
     /// stretch.
-    pub(super) fn pressing(&self, stretch: usize, t: f64) -> Bounded {
+    pub(crate) fn pressing(&self, stretch: usize, t: f64) -> Bounded {
         match &self.normal_force {
             NormalForce::Direct(index, _) => Bounded {
                 value: self.timeline.value(*index, stretch, t),
@@ -284,7 +284,7 @@ impl Excitation {
     }
 
     /// Lower bound of F_n from `t` to `until` (s) in a stretch, N.
-    pub(super) fn lowest_pressing(&self, stretch: usize, t: f64, until: f64) -> f64 {
+    pub(crate) fn lowest_pressing(&self, stretch: usize, t: f64, until: f64) -> f64 {
         match &self.normal_force {
             NormalForce::Direct(index, _) => {
                 let mean = |t: f64| self.timeline.mean(*index, stretch, t);
@@ -312,18 +312,18 @@ impl Excitation {
         of(&self.rotor) - of(&self.stator)
     }
 
-    pub(super) fn ringing<T: Number>(&self) -> Option<Ringing<T>> {
+    pub(crate) fn ringing<T: Number>(&self) -> Option<Ringing<T>> {
         self.axial().map(AxialMotion::ringing)
     }
 
-    pub(super) fn ringing_in_doubles(&self) -> Option<&Ringing> {
+    pub(crate) fn ringing_in_doubles(&self) -> Option<&Ringing> {
         self.axial().map(AxialMotion::ringing_in_doubles)
     }
 
     /// Taylor coefficients about `t` by powers of time over `unit` (s), with the [ringing](Self::ringing) of the axial
     /// motion. Enclosures contain the values that the [signals](Timeline::series) and the
     /// [force](AxialMotion::pressing_series) have in doubles.
-    pub(super) fn series<T: Number, const N: usize>(
+    pub(crate) fn series<T: Number, const N: usize>(
         &self,
         ringing: Option<&Ringing<T>>,
         stretch: usize,
@@ -365,7 +365,7 @@ impl Excitation {
         series.normal_force
     }
 
-    pub(super) fn starts_closed(&self) -> bool {
+    pub(crate) fn starts_closed(&self) -> bool {
         match &self.normal_force {
             NormalForce::Axial(motion, _) => motion.force.starts_positive(),
             NormalForce::Direct(index, _) => {
