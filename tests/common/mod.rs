@@ -6,6 +6,7 @@ pub mod cases;
 pub mod cli;
 pub mod compare;
 pub mod hostile;
+pub mod json;
 pub mod linear_brake;
 pub mod page;
 pub mod planted_solver;
@@ -16,6 +17,7 @@ pub mod systems;
 
 pub mod unlocked;
 
+use crate::common::json::*;
 use stickslip::Run;
 use stickslip::case::Case;
 use stickslip::friction::{Exponential, Friction};
@@ -68,8 +70,7 @@ pub fn truth(name: &str) -> Truth {
     };
     let states = |key: &str, state: &str| {
         json[key]
-            .as_array()
-            .unwrap()
+            .list()
             .iter()
             .map(|row| TruthState {
                 time: number(&row["time"]),
