@@ -4,7 +4,7 @@ use crate::common::cli::{Folder, output, refusal, says, text};
 use crate::common::compare::{csv, events_csv, paper, rows_of, word_of};
 use crate::common::json::*;
 use crate::common::rows;
-use crate::common::unlocked;
+use crate::common::unlocked::{self, store};
 use std::io::Write;
 
 pub fn with_reference() -> Folder {
@@ -111,8 +111,8 @@ fn cli_every_format_is_read() {
     let unicode = |text: &String| text.parse::<hdf5::types::VarLenUnicode>().unwrap();
     let texts: Vec<_> = word.iter().map(|event| unicode(&event.1)).collect();
     let group = file.create_group("events").unwrap();
-    group.new_dataset_builder().with_data(&times).create("time").unwrap();
-    group.new_dataset_builder().with_data(&texts).create("kind").unwrap();
+    store(&group, "time", &times);
+    store(&group, "kind", &texts);
     drop((group, file));
     let c = compared(&folder, &["named.h5"]);
     agrees(&c);
@@ -120,16 +120,15 @@ fn cli_every_format_is_read() {
 
     let file = unlocked::create(folder.path("other.h5")).unwrap();
     let group = file.create_group("run/3").unwrap();
-    group.new_dataset_builder().with_data(&time).create("clock").unwrap();
+    store(&group, "clock", &time);
     // As solve_ivp stores it, one component in each row; and as most other programs do.
     let values = rows.iter().map(|row| row.1[4]);
     let flat: Vec<f64> = values.chain(velocity.iter().copied()).collect();
     let flat = ndarray::Array2::from_shape_vec((2, time.len()), flat).unwrap();
-    group.new_dataset_builder().with_data(flat.view()).create("y").unwrap();
+    store(&group, "y", flat.view());
     let transposed = flat.t();
     let rows_of_file = transposed.as_standard_layout();
-    let table = group.new_dataset_builder().with_data(rows_of_file.view());
-    table.create("table").unwrap();
+    store(&group, "table", rows_of_file.view());
     drop((group, file));
     for slice in ["run/3/y[1]", "y[1,:]", "table[1]", "run/3/table[:,1]"] {
         let column = format!("relative_velocity={slice}:rad/s");
@@ -407,8 +406,7 @@ fn cli_damaged_files_are_refused() {
     folder.refused("compare paper.h5 renamed.npz", "renamed.npz & damaged & numpy.savez");
     // The file of another model: HDF5 without any known variable.
     let file = unlocked::create(folder.path("weather.h5")).unwrap();
-    let rain = file.new_dataset_builder().with_data(&[1.0, 2.0]);
-    rain.create("rain").unwrap();
+    store(&file, "rain", &[1.0, 2.0]);
     drop(file);
     folder.refused("compare paper.h5 weather.h5", &["rain", "--column"]);
     for pair in [

@@ -4,7 +4,7 @@ use crate::common::cli::{Arguments, Folder, Words, json, says, text};
 use crate::common::hostile::{damage, survive};
 use crate::common::json::*;
 use crate::common::random_brakes::Random;
-use crate::common::unlocked::{self, create, open_rw};
+use crate::common::unlocked::{self, create, open_rw, store};
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use std::path::Path;
 
@@ -28,7 +28,7 @@ fn write_candidate(path: &Path) -> hdf5::File {
     let file = create(path).unwrap();
     let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
     for name in OWN {
-        file.new_dataset_builder().with_data(&times).create(name).unwrap();
+        store(&file, name, &times);
     }
     file
 }
@@ -96,13 +96,11 @@ fn regression_names_of_another_encoding_are_listed() {
     folder.write("sound.h5", folder.read("run.h5"));
     {
         let file = open_rw(folder.path("run.h5")).unwrap();
-        let added = file.new_dataset_builder().with_data(&[1.0, 2.0]);
-        added.create("zusatz_XYZ").unwrap();
+        store(&file, "zusatz_XYZ", &[1.0, 2.0]);
         let attribute = file.new_attr::<i64>().create("zusatz_UVW").unwrap();
         attribute.write_scalar(&1_i64).unwrap();
         let other = write_candidate(&folder.path("other.h5"));
-        let added = other.new_dataset_builder().with_data(&[1.0, 2.0]);
-        added.create("zusatz_XYZ").unwrap();
+        store(&other, "zusatz_XYZ", &[1.0, 2.0]);
     }
     for name in ["run.h5", "other.h5"] {
         patch(&folder.path(name), b"zusatz_XYZ", b"zusatz_\xb2\xff\xb2");
@@ -473,7 +471,7 @@ fn regression_a_column_that_is_left_out_is_said_to_be() {
         let file = create(folder.path("other.h5")).unwrap();
         let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
         for name in names {
-            file.new_dataset_builder().with_data(&times).create(name).unwrap();
+            store(&file, name, &times);
         }
         let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
         empty.create(long).unwrap();
@@ -831,9 +829,8 @@ fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
         let file = write_candidate(&folder.path("candidate.h5"));
         let kinds = ["stick", "slip"].map(|kind| kind.parse::<VarLenUnicode>().unwrap());
         let events = file.create_group("events").unwrap();
-        let (kinds, times) = (kinds.to_vec(), vec![0.01, 0.02]);
-        events.new_dataset_builder().with_data(&kinds).create("kind").unwrap();
-        events.new_dataset_builder().with_data(&times).create("time").unwrap();
+        store(&events, "kind", &kinds);
+        store(&events, "time", &[0.01, 0.02]);
         let unit = file.dataset("time").unwrap().new_attr::<VarLenUnicode>();
         let s: VarLenUnicode = "s".parse().unwrap();
         unit.create("units").unwrap().write_scalar(&s).unwrap();
