@@ -5,6 +5,7 @@
 //! hundred of each; `STICKSLIP_HOSTILE=10000 cargo test --release --test allocation hostile_input -- --nocapture` takes
 //! so many of each and prints what they came to; `STICKSLIP_HOSTILE_KIND=case` takes one kind alone. What such campaigns have found stands among the seeds.
 
+use crate::common::random_brakes::Random;
 use crate::common::unlocked;
 use crate::counting::Watch;
 use std::io::Write;
@@ -31,23 +32,6 @@ const LONGEST_CAUSE: f64 = 60.0;
 
 /// Nor more memory than this, bytes.
 const MOST_MEMORY: usize = 1 << 30;
-
-/// SplitMix64: the same numbers everywhere.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound.max(1) as u64) as usize
-    }
-}
 
 /// What people and other programs put where it does not belong.
 const WORDS: &[&[u8]] = &[
@@ -101,7 +85,7 @@ fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
         match random.below(9) {
             0 => bytes.truncate(at),
             1 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
-            2 if at < bytes.len() => bytes[at] = random.next() as u8,
+            2 if at < bytes.len() => bytes[at] = random.bits() as u8,
             3 => drop(bytes.drain(at..at + length)),
             4 => {
                 let most = if random.below(50) == 0 { 5000 } else { 3 };

@@ -1,10 +1,10 @@
 //! The steps of `series` take no memory from the heap.
 
+use crate::common::systems::ramp;
 use crate::common::truth;
 use crate::counting::allocations;
 use stickslip::Run;
 use stickslip::model::system::System;
-use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
 
 /// Stick-slip from the start, with steps of any length and with a hundredth of a period: what a run allocates goes with its segments,
@@ -18,10 +18,7 @@ fn regression_a_step_allocates_nothing() {
     // Below the critical speed, and pressed at once: the oscillation is never quiet.
     let mut parameters = truth("si-kick").parameters;
     parameters.initial.speed = 0.5;
-    parameters.actuation = Signal::Ramp(Ramp {
-        value: 2225.0,
-        rise_time: 0.0,
-    });
+    parameters.actuation = ramp(2225.0, 0.0);
     parameters.perturbations.clear();
     let output = OutputOptions {
         end_time: 0.1,

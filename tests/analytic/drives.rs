@@ -1,33 +1,19 @@
 //! The signals of trains against closed forms, and their stated properties against their own values.
 
+use crate::common::systems::{self, wave};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 use proptest::prelude::*;
-use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, TimeTable, Timeline, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Timeline, Wave};
 
 fn ramp(value: f64, rise_time: f64) -> Drive {
-    Drive::Linear(Signal::Ramp(Ramp { value, rise_time }))
+    Drive::Linear(systems::ramp(value, rise_time))
 }
 
 fn table(time: &[f64], value: &[f64]) -> Drive {
-    Drive::Linear(Signal::TimeTable(TimeTable {
-        time: time.to_vec(),
-        value: value.to_vec(),
-    }))
-}
-
-fn wave(shape: HarmonicShape, amplitude: f64, frequency: Frequency, phase: f64) -> Wave {
-    Wave {
-        shape,
-        mean: 0.0,
-        amplitude,
-        frequency,
-        phase,
-        from: None,
-        to: None,
-    }
+    Drive::Linear(systems::table(time, value))
 }
 
 #[test]

@@ -1,18 +1,17 @@
 //! The Taylor expansion of a motion in numbers other than `f64`: enclosures, and doubles with a first-order error.
 //! They are compared with the expansion in `f64`.
 
+use crate::common::systems::{self, AXIAL, exponential, pair, ramp, train};
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::friction::{
     Asymmetric, Coulomb, Exponential, FrictionLaw, Hyperbolic, Interpolation, Law, Polynomial, Stribeck, Table,
 };
 use stickslip::model::equations::SystemEquations;
-use stickslip::model::system::{
-    Bristles, ContactLaw, End, Initial, Pressing, Regularisation, Smoothing, System, Torque, Train,
-};
-use stickslip::model::{Axial, BreakawayTest, Mode};
+use stickslip::model::system::{Bristles, ContactLaw, End, Pressing, Regularisation, Smoothing, System, Torque, Train};
+use stickslip::model::{BreakawayTest, Mode};
 use stickslip::numerics::Number;
-use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Wave};
+use stickslip::signal::{Drive, Frequency, HarmonicShape, Wave};
 use stickslip::simulation::expansion::{Expansion, Series};
 use stickslip::simulation::{SystemDynamics, SystemLocation};
 
@@ -29,10 +28,8 @@ struct Interval {
 
 impl Interval {
     fn outwards(low: f64, high: f64) -> Interval {
-        Interval {
-            low: low.next_down(),
-            high: high.next_up(),
-        }
+        let (low, high) = (low.next_down(), high.next_up());
+        Interval { low, high }
     }
 
     fn hull(values: [f64; 4]) -> Interval {
@@ -75,65 +72,61 @@ impl PartialOrd for Interval {
     }
 }
 
-impl Add for Interval {
-    type Output = Interval;
+/// An operator on one type, from an expression of its two sides.
+macro_rules! operator {
+    ($number:ty: $operator:ident, $method:ident, |$one:ident, $other:ident| $result:expr) => {
+        impl $operator for $number {
+            type Output = $number;
 
-    fn add(self, other: Interval) -> Interval {
-        if self.is(0.0) {
-            other
-        } else if other.is(0.0) {
-            self
-        } else {
-            Interval::outwards(self.low + other.low, self.high + other.high)
+            fn $method(self, $other: $number) -> $number {
+                let $one = self;
+                $result
+            }
+        }
+    };
+}
+
+/// Functions of a [`Number`] that rise everywhere.
+macro_rules! rising {
+    ($($function:ident),*) => { $(fn $function(self) -> Interval { self.rising(f64::$function) })* };
+}
+
+operator!(Interval: Add, add, |one, other| {
+    if one.is(0.0) {
+        other
+    } else if other.is(0.0) {
+        one
+    } else {
+        Interval::outwards(one.low + other.low, one.high + other.high)
+    }
+});
+operator!(Interval: Sub, sub, |one, other| one + -other);
+operator!(Interval: Mul, mul, |one, other| {
+    for (one, another) in [(one, other), (other, one)] {
+        if one.is(0.0) || another.is(1.0) {
+            return one;
+        } else if another.is(-1.0) {
+            return -one;
         }
     }
-}
+    let [a, b, c, d] = [one.low, one.high, other.low, other.high];
+    Interval::hull([a * c, a * d, b * c, b * d])
+});
+operator!(Interval: Div, div, |one, other| {
+    assert!(!other.holds(0.0), "a division by what may be zero");
+    if one.is(0.0) || other.is(1.0) {
+        return one;
+    }
+    let [a, b, c, d] = [one.low, one.high, other.low, other.high];
+    Interval::hull([a / c, a / d, b / c, b / d])
+});
 
 impl Neg for Interval {
     type Output = Interval;
 
     fn neg(self) -> Interval {
-        Interval {
-            low: -self.high,
-            high: -self.low,
-        }
-    }
-}
-
-impl Sub for Interval {
-    type Output = Interval;
-
-    fn sub(self, other: Interval) -> Interval {
-        self.add(-other)
-    }
-}
-
-impl Mul for Interval {
-    type Output = Interval;
-
-    fn mul(self, other: Interval) -> Interval {
-        for (one, another) in [(self, other), (other, self)] {
-            if one.is(0.0) || another.is(1.0) {
-                return one;
-            } else if another.is(-1.0) {
-                return -one;
-            }
-        }
-        let [a, b, c, d] = [self.low, self.high, other.low, other.high];
-        Interval::hull([a * c, a * d, b * c, b * d])
-    }
-}
-
-impl Div for Interval {
-    type Output = Interval;
-
-    fn div(self, other: Interval) -> Interval {
-        assert!(!other.holds(0.0), "a division by what may be zero");
-        if self.is(0.0) || other.is(1.0) {
-            return self;
-        }
-        let [a, b, c, d] = [self.low, self.high, other.low, other.high];
-        Interval::hull([a / c, a / d, b / c, b / d])
+        let (low, high) = (-self.high, -self.low);
+        Interval { low, high }
     }
 }
 
@@ -146,17 +139,7 @@ impl Number for Interval {
         Interval::outwards(std::f64::consts::PI, std::f64::consts::PI)
     }
 
-    fn exp(self) -> Interval {
-        self.rising(f64::exp)
-    }
-
-    fn exp_m1(self) -> Interval {
-        self.rising(f64::exp_m1)
-    }
-
-    fn sqrt(self) -> Interval {
-        self.rising(f64::sqrt)
-    }
+    rising!(exp, exp_m1, sqrt, tanh, atan);
 
     fn sin_cos(self) -> (Interval, Interval) {
         // No slope exceeds 1.
@@ -166,18 +149,10 @@ impl Number for Interval {
         (about(middle.sin()), about(middle.cos()))
     }
 
-    fn tanh(self) -> Interval {
-        self.rising(f64::tanh)
-    }
-
     fn cosh(self) -> Interval {
         let (near, far) = (self.low.abs().min(self.high.abs()), self.low.abs().max(self.high.abs()));
         let low = if self.holds(0.0) { 0.0 } else { near };
         Interval { low, high: far }.rising(f64::cosh)
-    }
-
-    fn atan(self) -> Interval {
-        self.rising(f64::atan)
     }
 }
 
@@ -191,10 +166,8 @@ struct Uncertain {
 
 impl Uncertain {
     fn rounded(value: f64, error: f64) -> Uncertain {
-        Uncertain {
-            value,
-            error: error + value.abs() * f64::EPSILON / 2.0,
-        }
+        let error = error + value.abs() * f64::EPSILON / 2.0;
+        Uncertain { value, error }
     }
 
     fn function(self, value: f64, slope: f64) -> Uncertain {
@@ -214,48 +187,25 @@ impl PartialOrd for Uncertain {
     }
 }
 
-impl Add for Uncertain {
-    type Output = Uncertain;
-
-    fn add(self, other: Uncertain) -> Uncertain {
-        Uncertain::rounded(self.value + other.value, self.error + other.error)
-    }
-}
+operator!(Uncertain: Add, add, |one, other| {
+    Uncertain::rounded(one.value + other.value, one.error + other.error)
+});
+operator!(Uncertain: Sub, sub, |one, other| one + -other);
+operator!(Uncertain: Mul, mul, |one, other| {
+    let error = one.value.abs() * other.error + other.value.abs() * one.error;
+    Uncertain::rounded(one.value * other.value, error)
+});
+operator!(Uncertain: Div, div, |one, other| {
+    let value = one.value / other.value;
+    Uncertain::rounded(value, (one.error + value.abs() * other.error) / other.value.abs())
+});
 
 impl Neg for Uncertain {
     type Output = Uncertain;
 
     fn neg(self) -> Uncertain {
-        Uncertain {
-            value: -self.value,
-            ..self
-        }
-    }
-}
-
-impl Sub for Uncertain {
-    type Output = Uncertain;
-
-    fn sub(self, other: Uncertain) -> Uncertain {
-        self.add(-other)
-    }
-}
-
-impl Mul for Uncertain {
-    type Output = Uncertain;
-
-    fn mul(self, other: Uncertain) -> Uncertain {
-        let error = self.value.abs() * other.error + other.value.abs() * self.error;
-        Uncertain::rounded(self.value * other.value, error)
-    }
-}
-
-impl Div for Uncertain {
-    type Output = Uncertain;
-
-    fn div(self, other: Uncertain) -> Uncertain {
-        let value = self.value / other.value;
-        Uncertain::rounded(value, (self.error + value.abs() * other.error) / other.value.abs())
+        let value = -self.value;
+        Uncertain { value, ..self }
     }
 }
 
@@ -306,76 +256,28 @@ impl Number for Uncertain {
 // Systems.
 
 fn wave(mean: f64, amplitude: f64, frequency: Frequency) -> Drive {
-    Drive::Wave(Wave {
-        shape: HarmonicShape::Sine,
-        mean,
-        amplitude,
-        frequency,
-        phase: 0.4,
-        from: None,
-        to: None,
-    })
-}
-
-fn train(inertia: &[f64], shafts: &[(f64, f64)], end: End) -> Train {
-    Train {
-        inertia: inertia.to_vec(),
-        stiffness: shafts.iter().map(|shaft| shaft.0).collect(),
-        damping: shafts.iter().map(|shaft| shaft.1).collect(),
-        viscous: vec![0.0; inertia.len()],
-        end,
-        torque: None,
-    }
+    let wave = systems::wave(HarmonicShape::Sine, amplitude, frequency, 0.4);
+    Drive::Wave(Wave { mean, ..wave })
 }
 
 fn system(rotor: Train, stator: Train, pressing: Pressing, law: impl Into<FrictionLaw>) -> System {
-    let none = |train: &Train| (vec![0.0; train.stiffness.len()], vec![0.0; train.inertia.len()]);
-    let ((rotor_twist, rotor_speed), (stator_twist, stator_speed)) = (none(&rotor), none(&stator));
     System {
-        rotor,
-        stator,
         radius: 0.7,
-        pressing,
         breakaway: 0.65,
-        breakaway_test: BreakawayTest::Transmitted,
-        law: law.into(),
-        contact: ContactLaw::StickSlip,
-        initial: Initial {
-            rotor_twist,
-            rotor_speed,
-            stator_twist,
-            stator_speed,
-        },
-        kicks: Vec::new(),
+        ..pair(rotor, stator, pressing, law)
     }
 }
 
 fn falling() -> Exponential {
-    Exponential {
-        low_speed: 0.6,
-        high_speed: 0.3,
-        decay: 3.5,
-    }
+    exponential(0.6, 0.3, 3.5)
 }
 
 /// The paper's brake: an axial mode that rings under a ramp.
 fn brake() -> System {
-    let actuation = Ramp {
-        value: 2225.0,
-        rise_time: 1.0,
-    };
-    let pressing = Pressing::Axial {
-        axial: Axial {
-            mass: 4.54,
-            stiffness: 55.38e6,
-            damping: 8760.0,
-            ringing_floor: Axial::RINGING_FLOOR,
-        },
-        actuation: actuation.into(),
-    };
-    let shaft = [(7.71e6, 22.606)];
-    let rotor = train(&[0.0113, 2.262], &shaft, End::Free);
-    let mut brake = system(rotor, train(&[0.0113], &shaft, End::Fixed), pressing, falling());
+    let (axial, actuation) = (AXIAL, ramp(2225.0, 1.0));
+    let shaft = |inertia: &[f64], end| train(inertia, &[7.71e6], &[22.606], end);
+    let (rotor, stator) = (shaft(&[0.0113, 2.262], End::Free), shaft(&[0.0113], End::Fixed));
+    let mut brake = system(rotor, stator, Pressing::Axial { axial, actuation }, falling());
     brake.radius = 0.052388;
     brake.breakaway_test = BreakawayTest::Rotor;
     brake
@@ -389,22 +291,20 @@ fn belt(law: impl Into<FrictionLaw>) -> System {
         wave(0.0, 0.02, Frequency::Angular(1.7)),
     ]);
     let force = Pressing::Force(wave(1.0, 0.3, Frequency::Angular(0.9)));
-    let block = train(&[1.3], &[(1.1, 0.05)], End::Fixed);
-    system(train(&[], &[], End::Driven(speed)), block, force, law)
+    let block = train(&[1.3], &[1.1], &[0.05], End::Fixed);
+    system(train(&[], &[], &[], End::Driven(speed)), block, force, law)
 }
 
 /// Three inertias on each side, with bearings and an external torque; one end is driven.
 fn chain() -> System {
-    let shafts = [(4.0, 0.02), (3.0, 0.01), (5.0, 0.03)];
+    let (stiffness, damping) = ([4.0, 3.0, 5.0], [0.02, 0.01, 0.03]);
     let driven = End::Driven(wave(2.0, 0.3, Frequency::Cycles(0.2)));
-    let mut rotor = train(&[0.5, 1.2, 0.8], &shafts, driven);
-    let mut stator = train(&[0.4, 0.9, 1.1], &shafts[..2], End::Free);
+    let mut rotor = train(&[0.5, 1.2, 0.8], &stiffness, &damping, driven);
+    let mut stator = train(&[0.4, 0.9, 1.1], &stiffness[..2], &damping[..2], End::Free);
     rotor.viscous = vec![0.01, 0.0, 0.02];
     stator.viscous = vec![0.0, 0.03, 0.0];
-    stator.torque = Some(Torque {
-        signal: wave(0.4, 0.2, Frequency::Angular(1.3)),
-        on: 2,
-    });
+    let signal = wave(0.4, 0.2, Frequency::Angular(1.3));
+    stator.torque = Some(Torque { signal, on: 2 });
     system(rotor, stator, Pressing::Force(Drive::Value(1.5)), falling())
 }
 
@@ -441,21 +341,17 @@ fn belts() -> Vec<System> {
         belt(table(Interpolation::MonotoneCubic)),
         belt(table(Interpolation::Linear)),
     ];
+    let regularised = |function| ContactLaw::Regularised(Regularisation { function, speed: 0.5 });
+    let bristles = Bristles {
+        stiffness: 10.0,
+        damping: 0.3,
+        viscous: 0.1,
+        deflection: 0.0,
+    };
     for contact in [
-        ContactLaw::Regularised(Regularisation {
-            function: Smoothing::Tanh,
-            speed: 0.5,
-        }),
-        ContactLaw::Regularised(Regularisation {
-            function: Smoothing::Arctan,
-            speed: 0.5,
-        }),
-        ContactLaw::Bristles(Bristles {
-            stiffness: 10.0,
-            damping: 0.3,
-            viscous: 0.1,
-            deflection: 0.0,
-        }),
+        regularised(Smoothing::Tanh),
+        regularised(Smoothing::Arctan),
+        ContactLaw::Bristles(bristles),
     ] {
         let mut belt = belt(falling());
         belt.contact = contact;
@@ -477,13 +373,8 @@ impl Motion {
     /// Every coefficient of an expansion, with its order and a name.
     fn coefficients<T: Number>(&self, system: &SystemEquations<T>, y: &[T]) -> Vec<(String, T)> {
         let mut expansion = Expansion::new(system, &self.dynamics.excitation);
-        expansion.expand(
-            (system, &self.dynamics.excitation),
-            &self.location,
-            self.t,
-            y,
-            self.unit,
-        );
+        let context = (system, &self.dynamics.excitation);
+        expansion.expand(context, &self.location, self.t, y, self.unit);
         let mut all = Vec::new();
         let mut take = |name: &str, series: &Series<T>| {
             all.extend(series.iter().enumerate().map(|(n, c)| (format!("{name}, {n}"), *c)));
@@ -510,12 +401,8 @@ impl Motion {
         }
         let mut after = vec![T::of(0.0); y.len()];
         expansion.at(0.7, &mut after);
-        all.extend(
-            after
-                .into_iter()
-                .enumerate()
-                .map(|(k, c)| (format!("component {k} later"), c)),
-        );
+        let named = |(k, c)| (format!("component {k} later"), c);
+        all.extend(after.into_iter().enumerate().map(named));
         all
     }
 
@@ -526,14 +413,10 @@ impl Motion {
 
 /// The motions of a system in each of its modes and senses, at some times.
 fn motions(trains: &System, times: [f64; 2], speed: f64, twist: f64, unit: f64) -> Vec<Motion> {
+    use Mode::{Engaged, Separated, SlipBackward, SlipForward, Stick};
     let modes: &[(Mode, i8)] = match trains.contact {
-        ContactLaw::StickSlip => &[
-            (Mode::SlipForward, 1),
-            (Mode::SlipBackward, -1),
-            (Mode::Stick, 0),
-            (Mode::Separated, 0),
-        ],
-        _ => &[(Mode::Engaged, 1), (Mode::Engaged, -1)],
+        ContactLaw::StickSlip => &[(SlipForward, 1), (SlipBackward, -1), (Stick, 0), (Separated, 0)],
+        _ => &[(Engaged, 1), (Engaged, -1)],
     };
     let mut found = Vec::new();
     for &(mode, sense) in modes {
@@ -576,11 +459,8 @@ fn all_motions() -> Vec<Motion> {
     let mut all = motions(&brake(), [0.3, 1.0005], 0.5, 1e-4, 3e-5);
     for trains in belts() {
         // Bristles are stiffer than the block's spring.
-        let unit = if matches!(trains.contact, ContactLaw::Bristles(_)) {
-            0.05
-        } else {
-            0.5
-        };
+        let is_stiff = matches!(trains.contact, ContactLaw::Bristles(_));
+        let unit = if is_stiff { 0.05 } else { 0.5 };
         all.extend(motions(&trains, [0.5, 7.0], 0.45, 0.3, unit));
     }
     all.extend(motions(&chain(), [0.5, 7.0], 0.45, 0.3, 0.2));

@@ -2,12 +2,12 @@
 
 use crate::common::cases::{built_in, kinds, recorded, reported};
 use crate::common::linear_brake::LinearBrake;
+use crate::common::systems::{exponential, ramp};
 use crate::common::{output, run, solver, truth};
 use std::f64::consts::PI;
-use stickslip::friction::{Exponential, Friction};
+use stickslip::friction::Friction;
 use stickslip::model::Parameters;
 use stickslip::record::EventKind;
-use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Method, SolverOptions};
 
 /// End of the smooth slip, s: some eight natural periods, after which the oscillation excited by the step of the force
@@ -21,17 +21,9 @@ fn slip() -> Parameters {
     parameters.initial.speed = 10.0;
     parameters.friction = Friction {
         breakaway: 0.3,
-        law: Exponential {
-            low_speed: 0.3,
-            high_speed: 0.3,
-            decay: 0.0,
-        }
-        .into(),
+        law: exponential(0.3, 0.3, 0.0).into(),
     };
-    parameters.actuation = Signal::Ramp(Ramp {
-        value: 2225.0,
-        rise_time: 0.0,
-    });
+    parameters.actuation = ramp(2225.0, 0.0);
     parameters
 }
 

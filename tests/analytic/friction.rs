@@ -1,5 +1,6 @@
 //! The friction laws against the properties that the rest of the program relies on.
 
+use crate::common::systems::exponential;
 use proptest::prelude::*;
 use stickslip::friction::{
     self, Asymmetric, Bounds, Coulomb, Exponential, FrictionLaw, Hyperbolic, Law, LawSeries, Stribeck,
@@ -375,11 +376,7 @@ fn analytic_a_law_that_rises_again_restabilises() {
 /// Without damping sliding is unstable at every speed if friction falls, and at none if it does not fall.
 #[test]
 fn analytic_without_damping_all_speeds_are_alike() {
-    let law = |low_speed: f64, decay: f64| Exponential {
-        low_speed,
-        high_speed: 0.3,
-        decay,
-    };
+    let law = |low_speed: f64, decay: f64| exponential(low_speed, 0.3, decay);
     assert_eq!(law(0.6, 5.0).damped_from(0.0, 100.0), f64::INFINITY);
     for still in [law(0.2, 5.0), law(0.3, 5.0), law(0.6, 0.0)] {
         assert_eq!(still.damped_from(0.0, 100.0), 0.0);

@@ -1,13 +1,14 @@
 //! The growth exponent against the quasi-static integral, for kicks at any time and any earlier force.
 
 use crate::common::rigid_growth::rigid_growth;
+use crate::common::systems::ramp;
 use crate::common::{output, run, truth};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::friction::{self, FrictionLaw, Interpolation, Law};
 use stickslip::model::system::System;
 use stickslip::model::{DiskKick, KickTime, Parameters};
 use stickslip::record::EventKind;
-use stickslip::signal::{Ramp, Signal, TimeTable};
+use stickslip::signal::{Signal, TimeTable};
 use stickslip::simulation::SolverOptions;
 
 fn growth(parameters: &Parameters, end: f64) -> (Growth, Summary, f64) {
@@ -108,10 +109,7 @@ fn analytic_early_kick_dies_out_and_leaves_the_growth() {
 #[test]
 fn analytic_growth_follows_the_force() {
     let mut slow = kicked(&truth("paper").parameters, 0.0);
-    slow.actuation = Signal::Ramp(Ramp {
-        value: 2225.0,
-        rise_time: 3.0,
-    });
+    slow.actuation = ramp(2225.0, 3.0);
     let mut table = kicked(&truth("si-kick").parameters, 0.129);
     table.initial.speed = 10.0;
     table.actuation = Signal::TimeTable(TimeTable {

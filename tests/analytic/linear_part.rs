@@ -1,12 +1,13 @@
 //! The equations in twist coordinates against M q'' + C q' + K q = -b T in the angles q of all inertias: rates,
 //! energies, losses, and the torque of a stick, for any two chains.
 
+use crate::common::systems::{pair, train};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use stickslip::friction::Coulomb;
+use stickslip::model::Mode;
 use stickslip::model::equations::{DAMPING_LOSS, Driving, FRICTION_LOSS, Outside, Side, SystemEquations};
-use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
-use stickslip::model::{BreakawayTest, Mode};
+use stickslip::model::system::{End, Pressing, System, Train};
 use stickslip::signal::Drive;
 
 /// Every entry is a sum of a few products and quotients, for at most three inertias.
@@ -22,35 +23,23 @@ fn chain() -> impl Strategy<Value = Train> {
     (1..=3usize, any::<bool>()).prop_flat_map(move |(count, free)| {
         let shafts = count - usize::from(free);
         (numbers(count), numbers(shafts), maybe(shafts), maybe(count)).prop_map(
-            move |(inertia, stiffness, damping, viscous)| Train {
-                inertia,
-                stiffness,
-                damping,
-                viscous,
-                end: if free { End::Free } else { End::Fixed },
-                torque: None,
+            move |(inertia, stiffness, damping, viscous)| {
+                let end = if free { End::Free } else { End::Fixed };
+                Train {
+                    viscous,
+                    ..train(&inertia, &stiffness, &damping, end)
+                }
             },
         )
     })
 }
 
 fn system(rotor: &Train, stator: &Train) -> SystemEquations {
+    let force = Pressing::Force(Drive::Value(1.0));
+    let law = Coulomb { kinetic: FRICTION };
     SystemEquations::new(&System {
-        rotor: rotor.clone(),
-        stator: stator.clone(),
         radius: 0.1,
-        pressing: Pressing::Force(Drive::Value(1.0)),
-        breakaway: FRICTION,
-        breakaway_test: BreakawayTest::Transmitted,
-        law: Coulomb { kinetic: FRICTION }.into(),
-        contact: ContactLaw::StickSlip,
-        initial: Initial {
-            rotor_twist: vec![],
-            rotor_speed: vec![],
-            stator_twist: vec![],
-            stator_speed: vec![],
-        },
-        kicks: vec![],
+        ..pair(rotor.clone(), stator.clone(), force, law)
     })
 }
 

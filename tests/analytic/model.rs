@@ -1,13 +1,14 @@
 //! The model against closed forms, differences and balances.
 
 use crate::common::cases::built_in;
+use crate::common::systems::ramp;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use stickslip::model::equations::{Outside, SystemEquations};
 use stickslip::model::{Axial, Mode};
-use stickslip::signal::{Ramp, Signal, TimeTable};
+use stickslip::signal::{Signal, TimeTable};
 
 const AXIAL: Axial = Axial {
     mass: 4.54,
@@ -57,10 +58,7 @@ fn property_a_search_for_contact_changes_has_an_end() {
         damping: 0.0,
         ..AXIAL
     };
-    let actuation = Signal::Ramp(Ramp {
-        value: 2225.0,
-        rise_time: 1.0,
-    });
+    let actuation = ramp(2225.0, 1.0);
     let motion = AxialMotion::new(&stiff, &actuation);
     let (mut t, mut departing, mut searches) = (0.0, true, 0);
     while let Some(next) = motion.next_contact_change(t, true, departing, 0.5) {
@@ -153,7 +151,7 @@ proptest! {
     fn property_contact_that_starts_with_a_ramp_stays(
         force in 100.0..5000.0f64, rise_time in 0.01..2.0f64, damping in 0.0..60_000.0f64,
     ) {
-        let actuation = Signal::Ramp(Ramp { value: force, rise_time });
+        let actuation = ramp(force, rise_time);
         let motion = AxialMotion::new(&Axial { damping, ..AXIAL }, &actuation);
         prop_assert!(motion.force.starts_positive());
         prop_assert_eq!(motion.next_contact_change(0.0, true, true, rise_time), None);

@@ -1,6 +1,7 @@
 //! The linear modes against closed forms, and the report on the loss of stability.
 
 use crate::common::cases::built_in;
+use crate::common::systems::{exponential, pair, train};
 use crate::common::{disks, output, run};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -8,8 +9,8 @@ use stickslip::analysis::Modes;
 use stickslip::analysis::stability::modes::{OnsetDecision, SlowingModes, Stability, SystemMode, SystemState};
 use stickslip::case::Case;
 use stickslip::friction::{Exponential, Law};
-use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
-use stickslip::model::{BreakawayTest, Torsion};
+use stickslip::model::Torsion;
+use stickslip::model::system::{End, Pressing, System};
 use stickslip::record::EventKind;
 use stickslip::signal::Drive;
 
@@ -96,44 +97,22 @@ fn torsions() -> impl Strategy<Value = (Torsion, f64)> {
 const RADIUS: f64 = 0.05;
 
 fn law(decay: f64) -> Exponential {
-    Exponential {
-        low_speed: 0.6,
-        high_speed: 0.3,
-        decay,
-    }
+    exponential(0.6, 0.3, decay)
 }
 
 fn stick_and_slip(torsion: &Torsion, decay: f64, force: f64, x: f64) -> (SystemState, SystemState) {
-    let train = |inertia: &[f64], end: End| Train {
-        inertia: inertia.to_vec(),
-        stiffness: vec![torsion.stiffness],
-        damping: vec![torsion.damping],
-        viscous: vec![0.0; inertia.len()],
-        end,
-        torque: None,
-    };
-    let states = Modes::linear(&System {
-        rotor: train(&[torsion.surface_inertia, torsion.rotor_inertia], End::Free),
-        stator: train(&[torsion.surface_inertia], End::Fixed),
+    let train = |inertia: &[f64], end| train(inertia, &[torsion.stiffness], &[torsion.damping], end);
+    let (surface, rotor) = (torsion.surface_inertia, torsion.rotor_inertia);
+    let (rotor, stator) = (train(&[surface, rotor], End::Free), train(&[surface], End::Fixed));
+    let mut brake = System {
         radius: RADIUS,
-        pressing: Pressing::Force(Drive::Value(force)),
-        breakaway: 0.6,
-        breakaway_test: BreakawayTest::Transmitted,
-        law: law(decay).into(),
-        contact: ContactLaw::StickSlip,
-        initial: Initial {
-            rotor_twist: vec![0.0],
-            rotor_speed: vec![x; 2],
-            stator_twist: vec![0.0],
-            stator_speed: vec![0.0],
-        },
-        kicks: vec![],
-    })
-    .states;
+        ..pair(rotor, stator, Pressing::Force(Drive::Value(force)), law(decay))
+    };
+    brake.initial.rotor_speed = vec![x; 2];
+    let states = Modes::linear(&brake).states;
     let find = |name: &str, x: Option<f64>| {
-        let mut found = states
-            .iter()
-            .filter(|state| state.state == name && state.relative_velocity == x);
+        let is_it = |state: &&SystemState| state.state == name && state.relative_velocity == x;
+        let mut found = states.iter().filter(is_it);
         found.next().expect("the state").clone()
     };
     (find("stick", None), find("slip", Some(x)))

@@ -2,12 +2,12 @@
 
 use crate::common::cases::built_in;
 use crate::common::linear_brake::LinearBrake;
+use crate::common::systems::{exponential, ramp, table};
 use crate::common::{disks, event_sequence, output, run, solver, truth};
 use stickslip::case::builtin;
-use stickslip::friction::{Exponential, Friction, Law};
+use stickslip::friction::{Friction, Law};
 use stickslip::model::{DiskKick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
-use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
 fn rtol() -> f64 {
@@ -26,10 +26,7 @@ fn short_brake(friction: Friction, rise_time: f64) -> Parameters {
     let mut parameters = brake();
     parameters.initial.speed = 2.0;
     parameters.friction = friction;
-    parameters.actuation = Signal::Ramp(Ramp {
-        value: 2225.0,
-        rise_time,
-    });
+    parameters.actuation = ramp(2225.0, rise_time);
     parameters
 }
 
@@ -51,17 +48,12 @@ fn table_case(breakaway: f64) -> Parameters {
     parameters.initial.speed = 1.2;
     parameters.friction = Friction {
         breakaway,
-        law: Exponential {
-            low_speed: 0.3,
-            high_speed: 0.3,
-            decay: 3.5,
-        }
-        .into(),
+        law: exponential(0.3, 0.3, 3.5).into(),
     };
-    parameters.actuation = Signal::TimeTable(TimeTable {
-        time: TABLE_TIMES.to_vec(),
-        value: vec![0.0, 2000.0, 2000.0, 100.0, 100.0, -100.0, -100.0, 500.0, 500.0, 15.0],
-    });
+    parameters.actuation = table(
+        &TABLE_TIMES,
+        &[0.0, 2000.0, 2000.0, 100.0, 100.0, -100.0, -100.0, 500.0, 500.0, 15.0],
+    );
     parameters.perturbations = vec![
         kick(0.02, 0.1),
         kick(0.05, 0.2),
@@ -200,12 +192,7 @@ fn is_oracles(kind: EventKind) -> bool {
 fn analytic_constant_friction_by_every_method() {
     let friction = |low_speed: f64, high_speed: f64, decay: f64| Friction {
         breakaway: low_speed,
-        law: Exponential {
-            low_speed,
-            high_speed,
-            decay,
-        }
-        .into(),
+        law: exponential(low_speed, high_speed, decay).into(),
     };
     for (name, friction, rise_time) in [
         ("mu_s = mu_d, ramp", friction(0.3, 0.3, 3.5), 0.02),

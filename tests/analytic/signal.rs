@@ -1,16 +1,13 @@
 //! The signals against the properties that the rest of the program relies on: each profile by its definition, and the
 //! stated properties of any signal by its own values.
 
+use crate::common::systems::ramp;
 use proptest::prelude::*;
-use stickslip::signal::{Ramp, Signal, TimeTable};
+use stickslip::signal::{Signal, TimeTable};
 
 #[test]
 fn analytic_a_ramp_rises_and_holds() {
-    let pieces = Signal::Ramp(Ramp {
-        value: 8.0,
-        rise_time: 4.0,
-    })
-    .pieces();
+    let pieces = ramp(8.0, 4.0).pieces();
     for (time, value, slope, integral) in [
         (0.0, 0.0, 2.0, 0.0),
         (1.0, 2.0, 2.0, 1.0),
@@ -27,11 +24,7 @@ fn analytic_a_ramp_rises_and_holds() {
 
 #[test]
 fn analytic_a_ramp_without_rise_is_a_step() {
-    let pieces = Signal::Ramp(Ramp {
-        value: -8.0,
-        rise_time: 0.0,
-    })
-    .pieces();
+    let pieces = ramp(-8.0, 0.0).pieces();
     let found = (pieces.value(0.0), pieces.slope(0.0), pieces.integral(3.0));
     assert_eq!(found, (-8.0, 0.0, -24.0));
     assert_eq!((pieces.corners().count(), pieces.largest()), (0, 8.0));

@@ -1,69 +1,33 @@
 //! The parts of a run: forces, steps, times of samples, derivatives by the parameters of a case.
 
 mod excitation {
+    use crate::common::systems::{self, AXIAL, pair, ramp, train};
     use stickslip::friction::Coulomb;
-    use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Train};
-    use stickslip::model::{Axial, BreakawayTest};
-    use stickslip::signal::{Drive, Frequency, HarmonicShape, Ramp, Signal, Wave};
+    use stickslip::model::system::{End, Pressing};
+    use stickslip::signal::{Drive, Frequency, HarmonicShape, Wave};
     use stickslip::simulation::Excitation;
 
     fn pressed(pressing: Pressing) -> Excitation {
-        let free = Train {
-            inertia: vec![1.0],
-            stiffness: Vec::new(),
-            damping: Vec::new(),
-            viscous: vec![0.0],
-            end: End::Free,
-            torque: None,
-        };
-        let ground = Train {
-            inertia: Vec::new(),
-            viscous: Vec::new(),
-            end: End::Fixed,
-            ..free.clone()
-        };
-        Excitation::new(&System {
-            rotor: free,
-            stator: ground,
-            radius: 1.0,
-            pressing,
-            breakaway: 0.3,
-            breakaway_test: BreakawayTest::Transmitted,
-            law: Coulomb { kinetic: 0.3 }.into(),
-            contact: ContactLaw::StickSlip,
-            initial: Initial {
-                rotor_twist: Vec::new(),
-                rotor_speed: vec![1.0],
-                stator_twist: Vec::new(),
-                stator_speed: Vec::new(),
-            },
-            kicks: Vec::new(),
-        })
+        let free = train(&[1.0], &[], &[], End::Free);
+        let ground = train(&[], &[], &[], End::Fixed);
+        let mut system = pair(free, ground, pressing, Coulomb { kinetic: 0.3 });
+        system.initial.rotor_speed = vec![1.0];
+        Excitation::new(&system)
     }
 
     fn wave(amplitude: f64, from: Option<f64>, to: Option<f64>) -> Drive {
         Drive::Wave(Wave {
-            shape: HarmonicShape::Sine,
             mean: 10.0,
-            amplitude,
-            frequency: Frequency::Angular(20.0),
-            phase: 0.3,
             from,
             to,
+            ..systems::wave(HarmonicShape::Sine, amplitude, Frequency::Angular(20.0), 0.3)
         })
     }
 
     /// A force, and whether it is a straight line at 0.7 s and at 2.5 s.
     fn forces() -> Vec<(Pressing, [bool; 2])> {
-        let ramp = |value: f64| Signal::Ramp(Ramp { value, rise_time: 1.0 });
-        let axial = Axial {
-            mass: 4.54,
-            stiffness: 55.38e6,
-            damping: 8760.0,
-            ringing_floor: Axial::RINGING_FLOOR,
-        };
-        let actuation = ramp(2000.0);
-        let linear = Drive::Linear(ramp(100.0));
+        let (axial, actuation) = (AXIAL, ramp(2000.0, 1.0));
+        let linear = Drive::Linear(ramp(100.0, 1.0));
         let waving = Drive::Sum(vec![linear.clone(), wave(-30.0, Some(0.5), Some(2.0))]);
         vec![
             (Pressing::Force(Drive::Value(5.0)), [true, true]),

@@ -2,14 +2,14 @@
 //! eigenvalues of equations in absolute coordinates that are set up here.
 
 use crate::common::cases::{near, parsed};
+use crate::common::systems;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use stickslip::analysis::stability::SlidingVerdict;
 use stickslip::analysis::stability::modes::{Modes, StabilityChange, SystemState};
 use stickslip::case::{Case, CaseSource};
-use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
-use stickslip::model::BreakawayTest;
+use stickslip::friction::{FrictionLaw, Law, Stribeck};
 use stickslip::model::system::*;
 use stickslip::signal::Drive;
 
@@ -45,45 +45,21 @@ fn state<'a>(modes: &'a Modes, name: &str) -> &'a SystemState {
 
 fn train(inertia: &[f64], stiffness: &[f64], damping: &[f64], viscous: &[f64], end: End) -> Train {
     Train {
-        inertia: inertia.to_vec(),
-        stiffness: stiffness.to_vec(),
-        damping: damping.to_vec(),
         viscous: viscous.to_vec(),
-        end,
-        torque: None,
+        ..systems::train(inertia, stiffness, damping, end)
     }
 }
 
 /// At rest, except for the driven parts.
 fn pair(rotor: Train, stator: Train, radius: f64, force: f64, law: FrictionLaw) -> System {
-    let still = |train: &Train| (vec![0.0; train.stiffness.len()], vec![0.0; train.inertia.len()]);
-    let ((rotor_twist, rotor_speed), (stator_twist, stator_speed)) = (still(&rotor), still(&stator));
     System {
-        initial: Initial {
-            rotor_twist,
-            rotor_speed,
-            stator_twist,
-            stator_speed,
-        },
-        breakaway: law.at_vanishing_speed(),
-        rotor,
-        stator,
         radius,
-        breakaway_test: BreakawayTest::Transmitted,
-        pressing: Pressing::Force(Drive::Value(force)),
-        law,
-        contact: ContactLaw::StickSlip,
-        kicks: vec![],
+        ..systems::pair(rotor, stator, Pressing::Force(Drive::Value(force)), law)
     }
 }
 
 fn exponential(low: f64, high: f64, decay: f64) -> FrictionLaw {
-    Exponential {
-        low_speed: low,
-        high_speed: high,
-        decay,
-    }
-    .into()
+    systems::exponential(low, high, decay).into()
 }
 
 /// x* = ln(alpha (mu_s - mu_d) F_n/c)/alpha, and the same equation solved for F_n and for c.
@@ -216,20 +192,15 @@ fn chain(length: std::ops::Range<usize>, end: End) -> impl Strategy<Value = Trai
         let end = end.clone();
         let shafts = if matches!(end, End::Free) { n - 1 } else { n };
         let list = |range: std::ops::Range<f64>, count: usize| proptest::collection::vec(range, count);
-        (
+        let numbers = (
             list(0.3..3.0, n),
             list(30.0..300.0, shafts),
             list(0.02..0.2, shafts),
             list(0.005..0.05, n),
-        )
-            .prop_map(move |(inertia, stiffness, damping, viscous)| Train {
-                inertia,
-                stiffness,
-                damping,
-                viscous,
-                end: end.clone(),
-                torque: None,
-            })
+        );
+        numbers.prop_map(move |(inertia, stiffness, damping, viscous)| {
+            train(&inertia, &stiffness, &damping, &viscous, end.clone())
+        })
     })
 }
 

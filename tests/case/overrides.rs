@@ -1,12 +1,13 @@
 //! Values set from outside the file, and numbers read and set by their paths.
 
 use crate::common::cases::parsed;
+use crate::common::systems::ramp;
 use proptest::prelude::*;
 use stickslip::case::quantity::Dimension;
 use stickslip::case::{Case, CaseNumber, CaseSource, Override, WrittenCase, schema};
 use stickslip::model::system::{Kick, KickSide};
 use stickslip::model::{BreakawayTest, KickTime, Parameters};
-use stickslip::signal::{Ramp, Signal, TimeTable};
+use stickslip::signal::{Signal, TimeTable};
 use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
@@ -100,10 +101,7 @@ fn elements_of_arrays_are_set_added_and_removed() {
 #[test]
 fn whole_tables_are_replaced() {
     let step = paper(&["actuation={profile=\"ramp\", force=\"1 kN\", rise_time=0}"]);
-    let expected = Signal::Ramp(Ramp {
-        value: 1000.0,
-        rise_time: 0.0,
-    });
+    let expected = ramp(1000.0, 0.0);
     assert_eq!(Parameters::of(&step.system).unwrap().actuation, expected);
     let table = paper(&["actuation={profile=\"table\", time=[0, 1], force=[0, \"500 lbf\"]}"]);
     assert!(matches!(

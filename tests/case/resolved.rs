@@ -2,13 +2,14 @@
 
 use crate::common::cases::built_in;
 use crate::common::rows;
+use crate::common::systems::exponential;
 use std::path::PathBuf;
 
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override, builtin};
-use stickslip::friction::{Exponential, Friction};
+use stickslip::friction::Friction;
 use stickslip::model::system::System;
 use stickslip::model::{
     Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Parameters, Torsion, nearest_double,
@@ -184,12 +185,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                 },
                 friction: Friction {
                     breakaway: friction.0.max(friction.1),
-                    law: Exponential {
-                        low_speed: friction.0.min(friction.1),
-                        high_speed: friction.2,
-                        decay: friction.3,
-                    }
-                    .into(),
+                    law: exponential(friction.0.min(friction.1), friction.2, friction.3).into(),
                 },
                 initial: DiskInitial { speed },
                 perturbations,

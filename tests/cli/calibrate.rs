@@ -1,6 +1,7 @@
 //! `stickslip calibrate` from the user's side: report, file, case, refusals, interruption.
 
 use crate::common::cli::{Folder, json, refusal, says, send};
+use crate::common::json::*;
 
 /// A calibration that T_n = 2 pi sqrt(J/k_t) alone decides, with short runs.
 pub const QUICK: &str = r#"
@@ -48,7 +49,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     assert_eq!(file.text("study_digest").unwrap().as_deref(), report["digest"].as_str());
     let one = |name: &str| file.numbers(name).unwrap();
     // The JSON reader may be wrong in the last bit of a number.
-    let same = |file: f64, report: &serde_json::Value| (file / report.as_f64().unwrap() - 1.0).abs() < 1e-15;
+    let same = |file: f64, report: &serde_json::Value| (file / report.number() - 1.0).abs() < 1e-15;
     let parameter = &report["parameters"][0];
     for name in ["optimum", "least", "largest"] {
         assert!(same(one(&format!("calibration/{name}"))[0], &parameter[name]), "{name}");
@@ -59,16 +60,14 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
         Some("natural_period stick_count")
     );
     // Every run is in the file, with its parameter.
-    let runs = report["runs"].as_u64().unwrap() as usize;
+    let runs = report["runs"].whole() as usize;
     assert_eq!(file.shape("natural_period").unwrap(), [runs]);
     let (inertias, periods) = (one("torsion_surface_inertia"), one("natural_period"));
     let quotient = periods[0] / inertias[0].sqrt();
     for (inertia, period) in inertias.iter().zip(&periods) {
         assert!((period / inertia.sqrt() / quotient - 1.0).abs() < 1e-14);
     }
-    let period = folder.json("run found.toml")["summary"]["natural_period"]
-        .as_f64()
-        .unwrap();
+    let period = folder.json("run found.toml")["summary"]["natural_period"].number();
     assert!(same(period, &report["targets"][0]["here"]), "{period}");
     let stdout = folder.ok("calibrate inertia.toml -v");
     says(

@@ -3,6 +3,7 @@
 //!
 //! `STICKSLIP_WRITE=1 cargo test --release --test cli capabilities:: -- --ignored` writes the tables again.
 
+use crate::common::json::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -154,20 +155,20 @@ impl Trial {
         let found = self
             .document(&["certify", run, "--oracle", "-o", "certified.h5"])
             .unwrap();
-        let events = found["events"].as_array().unwrap();
+        let events = found["events"].list();
         let converged = events.iter().filter(|event| event["verdict"] == "converged").count();
         self.cell("true to the exact solution", format!("{converged} of {}", events.len()));
-        let bands = found["channels"].as_array().unwrap();
+        let bands = found["channels"].list();
         let bands = bands.iter().filter(|channel| channel["band"].is_number()).count();
         self.cell("error bands", bands.to_string());
-        let numbers = found["sensitivity"].as_array().unwrap();
+        let numbers = found["sensitivity"].list();
         self.cell("sensitivities", numbers.len().to_string());
     }
 
     fn stability(&mut self) {
         let modes = self.document(&["modes", self.subject.case]).unwrap();
-        let states = modes["states"].as_array().unwrap().iter();
-        let count: usize = states.map(|state| state["modes"].as_array().unwrap().len()).sum();
+        let states = modes["states"].list().iter();
+        let count: usize = states.map(|state| state["modes"].list().len()).sum();
         self.cell("modes", count.to_string());
         let growth = match self.series["summary"]["growth_exponent"].as_f64() {
             Some(growth) => format!("{growth:.1}"),
@@ -198,8 +199,8 @@ impl Trial {
         // A candidate from another program has columns, but no case.
         self.document(&["export", "changed.h5", "-o", "changed.csv"]).unwrap();
         let said = self.document(&["compare", "series.h5", "changed.csv"]).unwrap();
-        let causes = said["comparisons"][0]["causes"].as_array().unwrap().iter();
-        let causes: Vec<&str> = causes.map(|cause| cause["cause"].as_str().unwrap()).collect();
+        let causes = said["comparisons"][0]["causes"].list().iter();
+        let causes: Vec<&str> = causes.map(|cause| cause["cause"].text()).collect();
         self.cell(
             "a changed number",
             if causes.is_empty() {
@@ -217,7 +218,7 @@ impl Trial {
                    [reference]\nmethod = \"series\"\ncheck = \"cvode\"\nrtol = 1e-12\n",
         );
         let cell = match self.document(&["work-precision", "precision.toml"]) {
-            Ok(document) => format!("{} runs", document["runs"].as_array().unwrap().len()),
+            Ok(document) => format!("{} runs", document["runs"].list().len()),
             Err(reason) => reason,
         };
         self.cell("work-precision", cell);
@@ -227,8 +228,8 @@ impl Trial {
         let (quantity, value, end) = match summary["onset_time"].as_f64() {
             Some(onset) => ("onset_time", onset, 1.2 * onset),
             None => {
-                let amplitude = summary["outcome"]["extremes"]["amplitude"].as_f64().unwrap();
-                ("attractor_amplitude", amplitude, summary["end"].as_f64().unwrap())
+                let amplitude = summary["outcome"]["extremes"]["amplitude"].number();
+                ("attractor_amplitude", amplitude, summary["end"].number())
             }
         };
         let set = format!("[set]\nsolver.method = \"series\"\noutput.end_time = {end}\n");
@@ -285,8 +286,8 @@ impl Trial {
         let found = self.document(&["cycle", self.subject.case, "-o", "cycle.h5"]);
         let cells = match found {
             Ok(found) => {
-                let count = |key: &str| found[key].as_array().unwrap().len().to_string();
-                let stability = found["stability"].as_str().unwrap().to_owned();
+                let count = |key: &str| found[key].list().len().to_string();
+                let stability = found["stability"].text().to_owned();
                 [stability, count("events"), count("multipliers")]
             }
             Err(reason) => [reason, "-".to_owned(), "-".to_owned()],
@@ -300,23 +301,20 @@ impl Trial {
         let figures = self
             .document(&["plot", "series.h5", "-o", "figures", "--format", "svg"])
             .unwrap();
-        self.cell("figures", figures["files"].as_array().unwrap().len().to_string());
+        self.cell("figures", figures["files"].list().len().to_string());
         let page = self.document(&["plot", "series.h5", "--html", "page.html"]).unwrap();
-        let found = page["page"]["samples_kept"].as_u64().unwrap();
+        let found = page["page"]["samples_kept"].whole();
         assert!(found > 0, "{}", self.subject.case);
         self.cell("page", "yes");
         let table = self.document(&["export", "series.h5", "-o", "rows.csv"]).unwrap();
-        self.cell(
-            "columns of an export",
-            table["columns"].as_array().unwrap().len().to_string(),
-        );
+        self.cell("columns of an export", table["columns"].list().len().to_string());
     }
 }
 
 /// Number of matched events, and accused causes, in a comparison that should accuse nothing.
 fn matched(document: &Value) -> String {
     let pair = &document["comparisons"][0];
-    match pair["causes"].as_array().unwrap().len() {
+    match pair["causes"].list().len() {
         0 => format!("{} events agree", pair["event_errors"]["matched"]),
         n => format!("{n} causes"),
     }

@@ -1,6 +1,7 @@
 //! `stickslip check`: a file is as the program wrote it, or the difference is named.
 
 use crate::common::cli::{Folder, json};
+use crate::common::json::*;
 use crate::common::unlocked;
 
 const STUDY: &str = r#"
@@ -23,8 +24,8 @@ fn wrong(folder: &Folder, name: &str) -> Vec<(String, String)> {
     let (stdout, stderr) = folder.ends(&["check", name, "--json"], 1);
     assert!(stderr.contains("problem"), "{stderr}");
     let report = json(&stdout);
-    let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
-    let problems = report["problems"].as_array().unwrap();
+    let text = |value: &serde_json::Value| value.text().to_owned();
+    let problems = report["problems"].list();
     problems.iter().map(|p| (text(&p["place"]), text(&p["what"]))).collect()
 }
 

@@ -3,6 +3,7 @@
 use super::compare::{agrees, compared, with_reference};
 use crate::common::cli::{Folder, says};
 use crate::common::compare::{csv, paper, rows_of};
+use crate::common::json::*;
 use stickslip::results::ResultFile;
 
 /// Time of the candidate's first sample, s: after the kick at 6.966 s, and before the first event.
@@ -70,23 +71,23 @@ fn cli_a_history_of_impulses_in_32_bits() {
     let resolution = &c["resolution"];
     assert_eq!(resolution["seconds"].as_f64(), Some(2f64.powi(-21)));
     assert_eq!(resolution["of"], "32-bit floating-point numbers");
-    let below = resolution["events_below"].as_u64().unwrap();
+    let below = resolution["events_below"].whole();
     assert!(below >= 90, "{resolution}");
-    let max = c["event_errors"]["max"].as_f64().unwrap();
+    let max = c["event_errors"]["max"].number();
     assert!(max < 2.5e-6, "no further off than a sample: {max}");
     // Trapezia of 2.5 us. The contact force is constant. The friction torque jumps by up to 70 N m at 95 events, each
     // of which may be misplaced by half a step. This is 8e-3 N m s if all errors have the same sign, and about a
     // tenth of it otherwise.
-    let impulses = c["impulses"].as_array().unwrap();
-    let of = |name: &str| impulses.iter().find(|i| i["channel"] == name).unwrap();
+    let impulses = c["impulses"].list();
+    let of = |name: &str| impulses.with("channel", name);
     let (normal, friction) = (of("normal_impulse"), of("friction_impulse"));
     let found = (normal["unit"].as_str(), friction["unit"].as_str());
     assert_eq!(found, (Some("N s"), Some("N m s")));
-    assert!(normal["reference"].as_f64().unwrap() > 50.0);
+    assert!(normal["reference"].number() > 50.0);
     // A time rounded by 2.4e-7 s gives an error of 5e-4 N s at 2225 N.
-    assert!(normal["max"].as_f64().unwrap() < 2e-3, "{normal}");
-    assert!(friction["reference"].as_f64().unwrap() > 0.3);
-    assert!(friction["max"].as_f64().unwrap() < 2e-3, "{friction}");
+    assert!(normal["max"].number() < 2e-3, "{normal}");
+    assert!(friction["reference"].number() > 0.3);
+    assert!(friction["max"].number() < 2e-3, "{friction}");
     let found = (&normal["opposite"], &friction["opposite"]);
     assert_eq!(found, (&false.into(), &true.into()));
 
@@ -117,16 +118,16 @@ fn cli_a_clock_that_starts_elsewhere() {
     says(verdict, &["its clock starts elsewhere: with 6.96649"]);
     let found = (&c["causes"][0]["cause"], &offset["agree"]);
     assert_eq!(found, (&"time-offset".into(), &95.into()));
-    assert!((offset["seconds"].as_f64().unwrap() - START).abs() < 1e-7, "{offset}");
+    assert!((offset["seconds"].number() - START).abs() < 1e-7, "{offset}");
 
     for given in ["auto", "6.9665", "6966.5 ms"] {
         let all = [&arguments[..], &["--time-offset", given, "--quick"]].concat();
         let c = compared(&folder, &all);
         agrees(&c);
-        assert!((c["time_offset"].as_f64().unwrap() - START).abs() < 1e-7);
+        assert!((c["time_offset"].number() - START).abs() < 1e-7);
         // Times near 0.023 s are 2^-29 apart.
         assert_eq!(c["resolution"]["seconds"].as_f64(), Some(2f64.powi(-29)));
-        let max = c["event_errors"]["max"].as_f64().unwrap();
+        let max = c["event_errors"]["max"].number();
         // A sample within the tolerance can be up to 2e-7 s after a breakaway.
         assert!(max < 5e-7, "{given}: {max}");
     }
@@ -174,7 +175,7 @@ fn cli_a_time_history_that_was_converted_to_csv() {
     );
     agrees(&c);
     assert_eq!(c["resolution"]["of"], "numbers of 7 digits");
-    assert!((c["resolution"]["seconds"].as_f64().unwrap() / 1e-6 - 1.0).abs() < 1e-12);
+    assert!((c["resolution"]["seconds"].number() / 1e-6 - 1.0).abs() < 1e-12);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, says};
+use crate::common::json::*;
 
 #[test]
 fn cli_a_result_of_trains_is_compared_with_another_method() {
@@ -9,14 +10,13 @@ fn cli_a_result_of_trains_is_compared_with_another_method() {
     folder.ok("run drill-string -q");
     let other = ["run", "drill-string", "-q", "--method", "cvode-bdf", "-o", "bdf.h5"];
     folder.ok(&other);
-    let (stdout, stderr) = folder.ends("compare drill-string.h5 bdf.h5 -v --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0", 0);
-    assert_eq!(stderr, "");
+    let stdout = folder.clean("compare drill-string.h5 bdf.h5 -v --report report.html --require events<1e-7 --require period<1e-7 --require drift<1e-8 --require missing<=0");
     says(
         &stdout,
         "the event sequences agree & the surface of the rotor on its shaft & sticks in a period & rad/s &
          per cycle & not compared: final_stick",
     );
-    let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    let page = folder.text("report.html");
     says(&page, &["matched events", "rotor_twist"]);
     let short = ["compare", "drill-string.h5", "bdf.h5", "--require", "final_stick<1"];
     let (_, stderr) = folder.ends(&short, 1);
@@ -39,13 +39,13 @@ fn cli_columns_of_trains_are_named_and_have_units() {
     let stdout = folder.ok(&arguments);
     let c = &json(&stdout)["comparisons"][0];
     assert_eq!(c["detection"]["velocity_tolerance"], 1e-6);
-    let channels = c["channels"].as_array().unwrap();
-    let names: Vec<&str> = channels.iter().map(|row| row["channel"].as_str().unwrap()).collect();
+    let channels = c["channels"].list();
+    let names: Vec<&str> = channels.iter().map(|row| row["channel"].text()).collect();
     let expected = ["relative_velocity", "phi1", "phi1_dot", "slip_displacement"];
     assert_eq!(names, expected, "{c}");
     let found = (&channels[1]["unit"], &channels[2]["unit"]);
     assert_eq!(found, (&"m".into(), &"m/s".into()));
-    assert!(channels.iter().all(|row| row["max"].as_f64().unwrap() < 1e-14), "{c}");
+    assert!(channels.iter().all(|row| row["max"].number() < 1e-14), "{c}");
     // A unit of rotation, and an unknown name.
     let wrong = ["compare", "belt-leine.h5", "mine.csv", "--column", "velocity=pace:rpm"];
     assert!(folder.refused(&wrong, "").contains("rpm"));
@@ -71,14 +71,14 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
     for pair in [["brake.h5", "trains.h5"], ["trains.h5", "brake.h5"]] {
         let required = "--require mescd>6 --require missing<=0";
         let c = &folder.json(&format!("compare {} {} {required}", pair[0], pair[1]))["comparisons"][0];
-        assert_eq!(c["causes"].as_array().unwrap().len(), 0, "{c}");
-        assert!(c["samples"].as_u64().unwrap() > 100, "{c}");
+        assert_eq!(c["causes"].list().len(), 0, "{c}");
+        assert!(c["samples"].whole() > 100, "{c}");
         // The axial motion has a closed form in both runs, and is the Taylor series of its equation between samples.
-        let channels = c["channels"].as_array().unwrap();
+        let channels = c["channels"].list();
         for axial in ["z", "z_dot"] {
             let rows: Vec<_> = channels.iter().filter(|row| row["channel"] == axial).collect();
             assert!(!rows.is_empty(), "{axial} in {c}");
-            assert!(rows.iter().all(|row| row["mescd"].as_f64().unwrap() > 12.0), "{rows:?}");
+            assert!(rows.iter().all(|row| row["mescd"].number() > 12.0), "{rows:?}");
         }
     }
     // One key of the short form is a parameter of both trains.
@@ -87,7 +87,7 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
     for pair in [["other.h5", "trains.h5"], ["trains.h5", "other.h5"]] {
         let c = &folder.json(&["compare", pair[0], pair[1]])["comparisons"][0];
         assert_eq!(c["causes"][0]["cause"], "another-case", "{c}");
-        let as_array = c["case_differences"].as_array().unwrap();
+        let as_array = c["case_differences"].list();
         let keys: Vec<_> = as_array.iter().map(|d| &d["key"]).collect();
         assert_eq!(keys, ["rotor.damping", "stator.damping"], "{c}");
     }
@@ -116,22 +116,18 @@ fn cli_work_precision_of_trains_is_against_the_oracle() {
          \"cvode-adams\"]\ntolerances = [1e-5, 1e-9]\n",
     );
     let arguments = ["work-precision", "belt.toml", "--figure", "pictures", "--json"];
-    let (stdout, stderr) = folder.ends(&arguments, 0);
-    assert_eq!(stderr, "");
+    let stdout = folder.clean(&arguments);
     let document = json(&stdout);
     let reference = &document["reference"];
     assert!(
-        reference["description"]
-            .as_str()
-            .unwrap()
-            .starts_with("the exact solver with"),
+        reference["description"].text().starts_with("the exact solver with"),
         "{reference}"
     );
     assert_eq!(reference["events"], 5);
     // Neighbouring doubles at times up to 29 s.
-    assert!(reference["uncertainty"]["largest_event"].as_f64().unwrap() < 1e-14);
-    let runs = document["runs"].as_array().unwrap();
-    let error = |k: usize| runs[k]["error"]["largest_event"].as_f64().unwrap();
+    assert!(reference["uncertainty"]["largest_event"].number() < 1e-14);
+    let runs = document["runs"].list();
+    let error = |k: usize| runs[k]["error"]["largest_event"].number();
     assert!(
         error(0) > error(1) && error(1) < 1e-8 && error(2) > error(3),
         "{stdout}"

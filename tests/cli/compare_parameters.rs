@@ -4,6 +4,7 @@
 use super::compare::with_reference;
 use crate::common::cli::{Folder, json};
 use crate::common::compare::{SOUND, Solver, csv, events_csv, kick, paper, parameters, rows_of, run, word_of};
+use crate::common::json::*;
 use serde_json::Value;
 use stickslip::friction::FrictionLaw;
 use stickslip::model::Parameters;
@@ -12,7 +13,7 @@ use stickslip::record::State;
 fn compared(folder: &Folder, candidate: &str, options: &[&str]) -> (Value, String) {
     let arguments = [&["compare", "paper.h5", candidate, "--json"], options].concat();
     let c = json(&folder.ok(&arguments))["comparisons"][0].clone();
-    let verdict = c["verdict"].as_str().unwrap().to_owned();
+    let verdict = c["verdict"].text().to_owned();
     (c, verdict)
 }
 
@@ -43,7 +44,7 @@ fn number_at(c: &Value, path: &str) -> [f64; 3] {
     let numbers = lists.flat_map(|list| list.as_array().cloned().unwrap_or_default());
     let named = numbers.into_iter().find(|number| number["path"] == path);
     let named = named.unwrap_or_else(|| panic!("{path}: {}", c["verdict"]));
-    ["value", "reference", "error"].map(|key| named[key].as_f64().unwrap())
+    ["value", "reference", "error"].map(|key| named[key].number())
 }
 
 /// The only parameter that a comparison names, with value and error, and the explained part.
@@ -53,14 +54,9 @@ fn one_number(c: &Value) -> (String, f64, f64, f64) {
         .as_array()
         .unwrap_or_else(|| panic!("{}", c["verdict"]));
     assert_eq!(numbers.len(), 1, "{}", c["verdict"]);
-    let number = |key: &str| numbers[0][key].as_f64().unwrap();
-    let path = numbers[0]["path"].as_str().unwrap().to_owned();
-    (
-        path,
-        number("value"),
-        number("error"),
-        found["explained"].as_f64().unwrap(),
-    )
+    let number = |key: &str| numbers[0][key].number();
+    let path = numbers[0]["path"].text().to_owned();
+    (path, number("value"), number("error"), found["explained"].number())
 }
 
 fn exponential(p: &mut Parameters) -> &mut stickslip::friction::Exponential {
@@ -84,7 +80,7 @@ fn named(planted: &[Planted]) {
         let expected = factor * reference;
         // The radius multiplies the coefficients of friction, which therefore have the same effect.
         assert!(path == "contact.radius" || one_number(&c).0 == path, "{}", c["verdict"]);
-        let explained = c["parameters"]["explained"].as_f64().unwrap();
+        let explained = c["parameters"]["explained"].number();
         assert!((value / expected - 1.0).abs() < 1e-5, "{path}: {value} for {expected}");
         assert!(error < 1e-3 * expected, "{path}: {error}");
         assert!(explained > 0.99, "{path}: {explained}");
@@ -92,7 +88,7 @@ fn named(planted: &[Planted]) {
         // The parameter was tested: the case with it has the events of the candidate, placed at the solver's steps.
         let rerun = &c["parameters"]["rerun"];
         assert_eq!(rerun["after"]["unmatched"], 0, "{path}: {rerun}");
-        assert!(rerun["after"]["max"].as_f64().unwrap() < 2e-5, "{path}: {rerun}");
+        assert!(rerun["after"]["max"].number() < 2e-5, "{path}: {rerun}");
         assert!(text.contains("likely cause: another parameter: "), "{text}");
     }
 }
@@ -185,8 +181,8 @@ fn cli_long_two_mistakes_are_not_laid_on_one_number() {
         exponential(p).decay = 4.9;
         p.torsion.damping *= 0.9;
     });
-    let numbers = c["parameters"]["numbers"].as_array().unwrap();
-    let mut paths: Vec<&str> = numbers.iter().map(|number| number["path"].as_str().unwrap()).collect();
+    let numbers = c["parameters"]["numbers"].list();
+    let mut paths: Vec<&str> = numbers.iter().map(|number| number["path"].text()).collect();
     paths.sort_unstable();
     assert_eq!(paths, ["friction.decay", "torsion.damping"], "{}", c["verdict"]);
     // Three parameters are more than can be identified.
@@ -210,7 +206,7 @@ fn with_kick(rotor: f64, stator: f64) -> String {
     });
     assert_eq!(c["causes"][0]["cause"], "another-kick", "{text}");
     assert!(c.get("parameters").is_none(), "{text}");
-    let found = |k: usize| c["kick"]["jumps"][k].as_f64().unwrap();
+    let found = |k: usize| c["kick"]["jumps"][k].number();
     // In the first microsecond only rounding of some 1e-16 rad/s is added to the jump of 6.5e-7 rad/s.
     for (k, part) in [rotor, stator].into_iter().enumerate() {
         assert!((found(k) - part * jump[k]).abs() < 1e-3 * jump[k].abs(), "{text}");
@@ -242,14 +238,14 @@ fn cli_times_that_count_from_the_kick_are_named() {
     folder.write("mine.csv", csv(&rows));
     let (c, text) = compared(&folder, "mine.csv", &[]);
     assert_eq!(c["clock"]["counts_from"], "the kick", "{text}");
-    assert!((c["clock"]["offset"].as_f64().unwrap() + start).abs() < 1e-5, "{text}");
+    assert!((c["clock"]["offset"].number() + start).abs() < 1e-5, "{text}");
     assert!(text.contains("its times count from the kick"), "{text}");
     let word = word_of(paper()).into_iter().map(|(time, kind)| (time - start, kind));
     let word: Vec<_> = word.collect();
     folder.write("events.csv", events_csv(&word));
     let (c, _) = compared(&folder, "events.csv", &[]);
     assert_eq!(c["clock"]["counts_from"], "the kick");
-    assert!(c["clock"]["left"].as_f64().unwrap() < 1e-12);
+    assert!(c["clock"]["left"].number() < 1e-12);
 }
 
 /// The parameter with which a run has the events of the table is identified from the table alone. The candidate's
@@ -265,7 +261,7 @@ fn named_by_events(planted: &[(&str, f64)]) {
             .flat_map(|list| list.as_array().cloned().unwrap_or_default());
         let named: Vec<Value> = numbers.filter(|number| number["path"] == path).collect();
         assert_eq!(named.len(), 1, "{path}: {text}");
-        let got = named[0]["value"].as_f64().unwrap();
+        let got = named[0]["value"].number();
         assert!((got / value - 1.0).abs() < 1e-4, "{path}: {got} for {value}");
         assert_eq!(found["found_by"], "events");
         assert_eq!(found["rerun"]["after"]["unmatched"], 0, "{path}");

@@ -1,6 +1,7 @@
 //! `stickslip cycle` from a point of a branch, and its report.
 
 use crate::common::cli::{Folder, says};
+use crate::common::json::*;
 use crate::plot_branches::with_branches;
 use stickslip::continuation::Stored;
 
@@ -15,7 +16,7 @@ fn cli_a_point_of_a_branch_is_its_cycle() {
     let point = &branch.points[1];
     let found = folder.json(&format!("cycle belt.h5 --branch {number} --point 1"));
     let close = |name: &str, expected: f64| {
-        let value = found[name].as_f64().unwrap();
+        let value = found[name].number();
         assert!((value / expected - 1.0).abs() < 1e-9, "{name}: {value} {expected}");
     };
     close("period", point.period);
@@ -27,7 +28,7 @@ fn cli_a_point_of_a_branch_is_its_cycle() {
     let end = folder.result(&name).resolved().unwrap();
     says(&end, &[format!("{:?}", point.value)]);
     // Newton's method starts on the cycle.
-    assert!(found["iterations"].as_u64().unwrap() <= 2, "{found}");
+    assert!(found["iterations"].whole() <= 2, "{found}");
 }
 
 /// The nearest change of the event sequence has a time in the file, like the events: here that of the shallowest
@@ -38,12 +39,12 @@ fn cli_the_nearest_change_is_at_its_event() {
     let folder = Folder::new();
     let found = folder.json(&["cycle", "belt-coulomb", "--set", force]);
     assert_eq!(found["nearest"]["border"], "separation", "{found}");
-    let time = found["nearest"]["time"].as_f64().unwrap();
-    let events = found["events"].as_array().unwrap().iter();
+    let time = found["nearest"]["time"].number();
+    let events = found["events"].list().iter();
     let mut separations = events.filter(|event| event["kind"] == "separation");
     // The same time, except for the rounding of the shift.
     assert!(
-        separations.any(|event| (event["time"].as_f64().unwrap() - time).abs() < 1e-12),
+        separations.any(|event| (event["time"].number() - time).abs() < 1e-12),
         "{found}"
     );
 }

@@ -1,6 +1,7 @@
 //! Distributions of the axes of a sample.
 
 use crate::common::cli::{Folder, refusal, says};
+use crate::common::rows;
 use stickslip::sweep::AxisDistribution;
 
 /// A run of milliseconds, with one axis of each distribution.
@@ -145,36 +146,20 @@ fn cli_a_distributed_sample_is_the_same_in_parts() {
 
 #[test]
 fn cli_a_wrong_distribution_is_refused_with_the_remedy() {
-    for (line, words) in [
-        (
-            "distribution = \"gauss\", mean = 5, deviation = 1",
-            "distribution & \"uniform\", \"normal\"",
-        ),
-        ("distribution = \"normal\", mean = 5", "deviation & missing"),
-        (
-            "distribution = \"normal\", mean = 5, deviation = 0",
-            "deviation & greater than 0",
-        ),
-        (
-            "distribution = \"normal\", mean = 5, deviation = 1, from = 3",
-            "from & not of the distribution & mean, deviation",
-        ),
-        (
-            "distribution = \"lognormal\", median = 5, factor = 1",
-            "factor & greater than 1",
-        ),
-        (
-            "distribution = \"triangular\", from = 1, to = 2, mode = 3",
-            "mode & between them",
-        ),
-        ("distribution = \"table\", table = \"no.csv\"", "no.csv & no such file"),
-        ("distribution = \"table\", table = \"bad.csv\"", "bad.csv:3"),
-        (
-            "distribution = \"table\", table = \"one.csv\"",
-            "one.csv & fewer than two",
-        ),
-        ("mean = 5, deviation = 1", "mean & not of the distribution \"uniform\""),
-    ] {
+    for [line, words] in rows(
+        r#"
+        distribution = "gauss", mean = 5, deviation = 1            | distribution & "uniform", "normal"
+        distribution = "normal", mean = 5                          | deviation & missing
+        distribution = "normal", mean = 5, deviation = 0           | deviation & greater than 0
+        distribution = "normal", mean = 5, deviation = 1, from = 3 | from & not of the distribution & mean, deviation
+        distribution = "lognormal", median = 5, factor = 1         | factor & greater than 1
+        distribution = "triangular", from = 1, to = 2, mode = 3    | mode & between them
+        distribution = "table", table = "no.csv"                   | no.csv & no such file
+        distribution = "table", table = "bad.csv"                  | bad.csv:3
+        distribution = "table", table = "one.csv"                  | one.csv & fewer than two
+        mean = 5, deviation = 1                                    | mean & not of the distribution "uniform"
+    "#,
+    ) {
         let folder = with_study("sobol");
         folder.write("bad.csv", "1.5\n1.6\nlarge\n");
         folder.write("one.csv", "1.5\n");

@@ -1,6 +1,8 @@
 //! `stickslip export`: exports that can be read back, and refusals.
 
 use crate::common::cli::{Folder, json, output, refusal, text};
+use crate::common::json::*;
+use crate::common::rows;
 use std::collections::BTreeMap;
 use stickslip::case::{Case, CaseSource};
 
@@ -48,7 +50,7 @@ fn numbers(cells: &[String]) -> Vec<f64> {
 fn cli_export_csv_reads_back_bit_for_bit() {
     let folder = with_run();
     folder.ok("export run.h5 -o x.csv");
-    let text = std::fs::read_to_string(folder.path("x.csv")).unwrap();
+    let text = folder.text("x.csv");
     assert!(text.starts_with("time [s],mode,segment,"), "{}", &text[..80]);
     assert!(text.contains("relative_velocity [rad s-1]"));
     let found = columns(&text);
@@ -73,7 +75,7 @@ fn cli_export_csv_reads_back_bit_for_bit() {
 fn regression_export_evaluates_between_samples_as_the_run_goes() {
     let folder = with_run();
     folder.ok("export run.h5 -o dense.csv --window 6.975:6.977 --interval 1.1e-6 --channels relative_velocity,transmitted_torque,mode");
-    let dense = columns(&std::fs::read_to_string(folder.path("dense.csv")).unwrap());
+    let dense = columns(&folder.text("dense.csv"));
     assert_eq!(dense.len(), 4, "the time comes by itself");
     let times = numbers(&dense["time"]);
     assert_eq!(times[0], 6.975);
@@ -82,7 +84,7 @@ fn regression_export_evaluates_between_samples_as_the_run_goes() {
     let window = "output.window=[{from=6.975, to=6.977, interval=1.1e-6}]";
     folder.ok(&["run", "run.h5", "-q", "--no-witness", "-o", "exact.h5", "--set", window]);
     folder.ok("export exact.h5 -o exact.csv --window 6.975:6.977");
-    let exact = columns(&std::fs::read_to_string(folder.path("exact.csv")).unwrap());
+    let exact = columns(&folder.text("exact.csv"));
     let exact_times = numbers(&exact["time"]);
     let mut compared = 0;
     for (row, time) in times.iter().enumerate() {
@@ -157,29 +159,23 @@ fn cli_export_at_given_times() {
     assert_eq!(rate["theta_dot"][0], at["theta_dot"][0]);
     let document = folder.json("export run.h5 -o a.npz --at times.csv");
     assert_eq!(document["rows"], 3);
-    assert!(document["evaluated"].as_str().unwrap().contains("equations of motion"));
-    let left_out = document["left_out"].as_array().unwrap();
+    assert!(document["evaluated"].text().contains("equations of motion"));
+    let left_out = document["left_out"].list();
     assert!(left_out.iter().any(|name| name == "energy_residual"), "{left_out:?}");
-    for (arguments, words) in [
-        (
-            &["--channels", "energy_residual", "--rate", "10"][..],
-            "at the samples of the run alone",
-        ),
-        (&["--table", "events", "--rate", "10"], "evaluate a trajectory"),
-        (&["--window", "8:9", "--rate", "10"], "no part of the run"),
-        (&["--window", "8:9"], "the run, which goes from 0.0 to 6.977 s"),
-        (&["--window", "8:9", "--table", "events"], "no part of the run"),
-        (&["--rate", "-5"], "give a number greater than 0"),
-        (&["--interval", "-1e-3"], "give a number greater than 0"),
-        (&["--rate", "1e12"], "more than the 1e9"),
-        (&["--channels", "relative_velocty"], "did you mean relative_velocity?"),
-    ] {
-        let all: Vec<&str> = ["export", "run.h5", "-o", "b.csv"]
-            .iter()
-            .chain(arguments)
-            .copied()
-            .collect();
-        folder.refused(&all, &[words]);
+    for [arguments, words] in rows(
+        "
+        --channels energy_residual --rate 10 | at the samples of the run alone
+        --table events --rate 10             | evaluate a trajectory
+        --window 8:9 --rate 10               | no part of the run
+        --window 8:9                             | the run, which goes from 0.0 to 6.977 s
+        --window 8:9 --table events          | no part of the run
+        --rate -5                                | give a number greater than 0
+        --interval -1e-3                         | give a number greater than 0
+        --rate 1e12                              | more than the 1e9
+        --channels relative_velocty              | did you mean relative_velocity?
+    ",
+    ) {
+        folder.refused(&format!("export run.h5 -o b.csv {arguments}"), words);
     }
     folder.write("late.csv", "0.5\n99\n");
     folder.write("mixed.csv", "0.5\n0.25\n");
@@ -225,27 +221,22 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
         assert_eq!(folder.read(name), b"time,x\n0,1\n");
         folder.ok(&["export", "run.h5", "-o", name, "--force", "--table", "stick_slip"]);
     }
-    for (arguments, words) in [
-        (&["run.h5", "-o", "run.h5"][..], "names no format"),
-        (&["run.h5", "-o", "x.parquet"], "to_parquet"),
-        (&["run.h5", "-o", "x", "--format", "parquet"], "to_parquet"),
-        (
-            &["run.h5", "-o", "run.h5", "--format", "csv", "--force"],
-            "the file to be exported",
-        ),
-        (&["run.h5", "-o", "-", "--format", "npz"], "a file only"),
-        (&["run.h5", "-o", "-", "--json"], "leave one of them out"),
-        (&["run.h5", "-o", "none/x.csv"], "the folder none does not exist"),
-        (
-            &["run.h5", "-o", "x.csv", "--table", "stick_slip", "--window", "1:2"],
-            "have none",
-        ),
-        (&["missing.h5", "-o", "x.csv"], "no such file"),
-    ] {
-        let all: Vec<&str> = std::iter::once("export").chain(arguments.iter().copied()).collect();
-        let (stdout, stderr) = folder.ends(&all, 2);
+    for [arguments, words] in rows(
+        "
+        run.h5 -o run.h5                                        | names no format
+        run.h5 -o x.parquet                                     | to_parquet
+        run.h5 -o x --format parquet                        | to_parquet
+        run.h5 -o run.h5 --format csv --force             | the file to be exported
+        run.h5 -o - --format npz                            | a file only
+        run.h5 -o - --json                                    | leave one of them out
+        run.h5 -o none/x.csv                                    | the folder none does not exist
+        run.h5 -o x.csv --table stick_slip --window 1:2 | have none
+        missing.h5 -o x.csv                                     | no such file
+    ",
+    ) {
+        let (stdout, stderr) = folder.ends(&format!("export {arguments}"), 2);
         let found = stdout.is_empty();
-        assert_eq!(found, !arguments.contains(&"--json"), "{arguments:?}: {stdout}");
+        assert_eq!(found, !arguments.contains("--json"), "{arguments:?}: {stdout}");
         assert!(stderr.contains(words), "{arguments:?}: {stderr}");
     }
 }
@@ -312,14 +303,14 @@ fn cli_export_benchmark_is_a_package() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
-    let as_array = files.as_array().unwrap();
-    let mut listed: Vec<String> = as_array.iter().map(|name| name.as_str().unwrap().to_owned()).collect();
+    let as_array = files.list();
+    let mut listed: Vec<String> = as_array.iter().map(|name| name.text().to_owned()).collect();
     there.sort();
     listed.sort();
     assert_eq!(there, listed);
     let package = json(&read("datapackage.json"));
-    for resource in package["resources"].as_array().unwrap() {
-        let bytes = std::fs::metadata(folder.path("bench").join(resource["path"].as_str().unwrap()))
+    for resource in package["resources"].list() {
+        let bytes = std::fs::metadata(folder.path("bench").join(resource["path"].text()))
             .unwrap()
             .len();
         assert_eq!(resource["bytes"], bytes, "{resource}");
@@ -333,8 +324,8 @@ fn cli_export_benchmark_is_a_package() {
     let readme = read("README.md");
     assert!(readme.contains("A. Name") && readme.contains("SHA-256"), "{readme}");
     let parameters = json(&read("parameters.json"));
-    let as_array = parameters["parameters"].as_array().unwrap();
-    let damping = as_array.iter().find(|one| one["key"] == "torsion.damping").unwrap();
+    let as_array = parameters["parameters"].list();
+    let damping = as_array.with("key", "torsion.damping");
     assert_eq!(damping["unit"], "N m s/rad");
     assert_eq!(damping["value"], 22.59696580552334);
     let equations = read("equations.md");
@@ -373,7 +364,7 @@ fn regression_export_says_how_a_run_has_every_time() {
     assert_eq!(arguments, expected, "{refused}");
     folder.ok(&[&["run"][..], &arguments, &["-q", "-o", "dense.h5"]].concat());
     output(&mut export("dense.h5"), 0);
-    let rows = columns(&std::fs::read_to_string(folder.path("x.csv")).unwrap())["time"].len();
+    let rows = columns(&folder.text("x.csv"))["time"].len();
     assert_eq!(rows, 30_001);
 }
 

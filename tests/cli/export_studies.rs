@@ -3,7 +3,7 @@
 use crate::common::cli::Folder;
 
 fn lines(folder: &Folder, name: &str) -> Vec<Vec<String>> {
-    let text = String::from_utf8(folder.read(name)).unwrap();
+    let text = folder.text(name);
     let cells = |line: &str| line.split(',').map(str::to_owned).collect();
     text.lines().map(cells).collect()
 }
@@ -86,16 +86,10 @@ fn cli_files_without_a_name_are_named_after_their_source() {
     folder.ok("export a.h5 --table events --format npz");
     assert_eq!(folder.names(), ["a-events.npz", "a.csv", "a.h5"]);
     folder.ok("case paper -o my.toml");
-    assert_eq!(
-        String::from_utf8(folder.read("my.toml")).unwrap(),
-        folder.ok("case paper")
-    );
+    assert_eq!(folder.text("my.toml"), folder.ok("case paper"));
     folder.refused("case paper-si -o my.toml", "my.toml & is there already & -o & --force");
     folder.ok("case paper-si -o my.toml --force");
-    assert_eq!(
-        String::from_utf8(folder.read("my.toml")).unwrap(),
-        folder.ok("case paper-si")
-    );
+    assert_eq!(folder.text("my.toml"), folder.ok("case paper-si"));
     folder.refused("run -o x.csv", "x.csv & give -o x.h5 & stickslip export x.h5 -o x.csv");
     folder.refused("run -o x.parquet", "x.parquet & give -o x.h5 & stickslip export x.h5");
 }

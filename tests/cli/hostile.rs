@@ -1,6 +1,7 @@
 //! Hostile and broken input, and failing systems: each gives a clear error, whatever the command.
 
 use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::json::*;
 use crate::common::unlocked;
 use stickslip::results::Status;
 
@@ -80,7 +81,7 @@ fn cli_a_stuck_point_of_a_sweep_is_a_failed_point() {
     let document = json(&stdout);
     let found = (&document["points"], &document["failed"]);
     assert_eq!(found, (&2.into(), &1.into()), "{document}");
-    let message = document["failures"][0]["message"].as_str().unwrap();
+    let message = document["failures"][0]["message"].text();
     says(message, &["wall time", "in mode"]);
 }
 
@@ -194,7 +195,7 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
         &["plot", "x.h5", "--html", "x.html"],
     ] {
         folder.ok(arguments);
-        let text = std::fs::read_to_string(folder.path(arguments[arguments.len() - 1])).unwrap();
+        let text = folder.text(arguments[arguments.len() - 1]);
         assert!(text.contains("a\\u{1b}[2Jb"), "{arguments:?}");
         assert!(
             !text.chars().any(|c| c.is_control() && !"\n\r\t".contains(c)),

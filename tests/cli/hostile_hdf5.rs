@@ -1,9 +1,10 @@
 //! HDF5 files that this program did not write, or that were changed later. Each must give an error or a result.
 
-use crate::common::cli::{Folder, LONG, output, says};
-use crate::common::hostile::{Dice, damage, survive};
-use crate::common::unlocked;
-use crate::common::unlocked::{create, open_rw};
+use crate::common::cli::{Arguments, Folder, Words, json, says, text};
+use crate::common::hostile::{damage, survive};
+use crate::common::json::*;
+use crate::common::random_brakes::Random;
+use crate::common::unlocked::{self, create, open_rw, store};
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use std::path::Path;
 
@@ -20,11 +21,14 @@ fn with_run() -> Folder {
     folder
 }
 
+/// The variables of a candidate.
+const OWN: [&str; 2] = ["time", "relative_velocity"];
+
 fn write_candidate(path: &Path) -> hdf5::File {
     let file = create(path).unwrap();
     let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
-    for name in ["time", "relative_velocity"] {
-        file.new_dataset_builder().with_data(&times).create(name).unwrap();
+    for name in OWN {
+        store(&file, name, &times);
     }
     file
 }
@@ -41,10 +45,19 @@ fn patch(path: &Path, from: &[u8], to: &[u8]) {
 }
 
 /// Runs a command on hostile input, which must end with status 2 and these words.
-fn refused(folder: &Folder, arguments: &[&str], words: &[&str]) {
+#[track_caller]
+fn refused(folder: &Folder, arguments: impl Arguments, words: impl Words) {
     let (code, _, stderr) = survive(&folder.path(""), arguments);
-    assert_eq!(code, 2, "{arguments:?}: {stderr}");
+    assert_eq!(code, 2, "{stderr}");
     says(&stderr, words);
+}
+
+/// Standard output of a command on hostile input, which must end with status 0.
+#[track_caller]
+fn survived(folder: &Folder, arguments: impl Arguments) -> String {
+    let (code, stdout, stderr) = survive(&folder.path(""), arguments);
+    assert_eq!(code, 0, "{stderr}");
+    stdout
 }
 
 #[test]
@@ -61,10 +74,9 @@ fn regression_texts_of_another_encoding_are_shown_with_replacements() {
             .unwrap();
     }
     patch(&folder.path("latin.h5"), b"sXYZ", b"s\xb2\xff\xb2");
-    refused(&folder, &["compare", "run.h5", "latin.h5"], &["unit", "\u{fffd}"]);
+    refused(&folder, "compare run.h5 latin.h5", "unit & \u{fffd}");
     patch(&folder.path("run.h5"), b"axial displacement", b"axial \xb2isplacement");
-    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "run.h5"]);
-    assert_eq!(code, 0, "{stderr}");
+    let stdout = survived(&folder, "inspect --json run.h5");
     assert!(stdout.contains("axial \u{fffd}isplacement"));
 }
 
@@ -72,9 +84,9 @@ fn regression_texts_of_another_encoding_are_shown_with_replacements() {
 fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
     let folder = with_run();
     patch(&folder.path("run.h5"), b"Two-disk", b"Two\xb2disk");
-    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    assert_eq!(survive(&folder.path(""), "inspect run.h5").0, 0);
     // The case will be parsed, so that it must be unchanged.
-    refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["run.h5"]);
+    refused(&folder, "run run.h5 -o again.h5", "run.h5");
 }
 
 /// Nobody can request objects with these names. They are shown, and the rest is read.
@@ -84,27 +96,23 @@ fn regression_names_of_another_encoding_are_listed() {
     folder.write("sound.h5", folder.read("run.h5"));
     {
         let file = open_rw(folder.path("run.h5")).unwrap();
-        let added = file.new_dataset_builder().with_data(&[1.0, 2.0]);
-        added.create("zusatz_XYZ").unwrap();
+        store(&file, "zusatz_XYZ", &[1.0, 2.0]);
         let attribute = file.new_attr::<i64>().create("zusatz_UVW").unwrap();
         attribute.write_scalar(&1_i64).unwrap();
         let other = write_candidate(&folder.path("other.h5"));
-        let added = other.new_dataset_builder().with_data(&[1.0, 2.0]);
-        added.create("zusatz_XYZ").unwrap();
+        store(&other, "zusatz_XYZ", &[1.0, 2.0]);
     }
     for name in ["run.h5", "other.h5"] {
         patch(&folder.path(name), b"zusatz_XYZ", b"zusatz_\xb2\xff\xb2");
     }
     patch(&folder.path("run.h5"), b"zusatz_UVW", b"zusatz_U\xfcW");
-    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "run.h5"]);
-    assert_eq!(code, 0, "{stderr}");
+    let stdout = survived(&folder, "inspect run.h5");
     says(&stdout, &["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"]);
-    let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
+    let (code, stdout, _) = survive(&folder.path(""), "check run.h5");
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
     // Another program has written to the reference, and thereby removed its seal. It is accepted as it is.
     for reference in ["run.h5", "sound.h5"] {
-        let (code, _, stderr) = survive(&folder.path(""), &["compare", reference, "other.h5", "--quick"]);
-        assert_eq!(code, 0, "{reference}: {stderr}");
+        survived(&folder, &["compare", reference, "other.h5", "--quick"]);
     }
 }
 
@@ -121,10 +129,8 @@ fn regression_links_that_lead_back_are_followed_once() {
         inner.link_hard("/", "root").unwrap();
         inner.link_soft("/a/b/c/self", "self").unwrap();
     }
-    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "run.h5", "--json"]);
-    assert_eq!(code, 0, "{stderr}");
-    let listed = crate::common::cli::json(&stdout);
-    let variables = listed["variables"].as_array().unwrap();
+    let listed = json(&survived(&folder, "inspect run.h5 --json"));
+    let variables = listed["variables"].list();
     let times = variables.iter().filter(|v| v["name"] == "time");
     assert_eq!(times.filter(|v| v["group"] == "/trajectory").count(), 1);
     let values = variables.iter().map(|v| format!("{}/{}", v["group"], v["name"]));
@@ -133,12 +139,9 @@ fn regression_links_that_lead_back_are_followed_once() {
     places.sort();
     places.dedup();
     assert_eq!(places.len(), count);
-    assert!(
-        places.iter().all(|place| place.matches("whole").count() <= 1),
-        "{places:?}"
-    );
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "cycle.h5", "--quick"]);
-    assert_eq!(code, 0, "{stderr}");
+    let once = |place: &String| place.matches("whole").count() <= 1;
+    assert!(places.iter().all(once), "{places:?}");
+    survived(&folder, "compare run.h5 cycle.h5 --quick");
 }
 
 #[test]
@@ -153,14 +156,10 @@ fn regression_groups_within_groups_have_an_end() {
     }
     refused(
         &folder,
-        &["inspect", "run.h5"],
-        &["32 groups within each other", "docs/reference/limits.md"],
+        "inspect run.h5",
+        "32 groups within each other & docs/reference/limits.md",
     );
-    refused(
-        &folder,
-        &["compare", "run.h5", "run.h5"],
-        &["32 groups within each other"],
-    );
+    refused(&folder, "compare run.h5 run.h5", "32 groups within each other");
 }
 
 #[test]
@@ -175,12 +174,8 @@ fn regression_values_that_are_not_stored_are_not_read() {
         wide.create("time").unwrap();
         wide.create("relative_velocity").unwrap();
     }
-    refused(
-        &folder,
-        &["inspect", "run.h5"],
-        &["/empty", "1099511627776", "stores 0"],
-    );
-    refused(&folder, &["compare", "run.h5", "wide.h5"], &["1099511627776"]);
+    refused(&folder, "inspect run.h5", "/empty & 1099511627776 & stores 0");
+    refused(&folder, "compare run.h5 wide.h5", "1099511627776");
 }
 
 #[test]
@@ -195,9 +190,9 @@ fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
             input.new_dataset_builder().empty_as(&kind).create(name).unwrap();
         }
     }
-    refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["4294967295 bytes"]);
-    refused(&folder, &["certify", "run.h5"], &["4294967295 bytes"]);
-    refused(&folder, &["compare", "run.h5", "run.h5"], &["4294967295 bytes"]);
+    for command in ["run run.h5 -o again.h5", "certify run.h5", "compare run.h5 run.h5"] {
+        refused(&folder, command, "4294967295 bytes");
+    }
 }
 
 #[test]
@@ -212,35 +207,29 @@ fn regression_more_events_than_are_stored_are_an_error() {
             dataset.resize([1_usize << 34]).unwrap();
         }
     }
-    for arguments in [
-        &["plot", "run.h5", "-o", "figures"][..],
-        &["compare", "run.h5", "run.h5"],
-        &["certify", "run.h5"],
-        &["inspect", "run.h5"],
+    for command in [
+        "plot run.h5 -o figures",
+        "compare run.h5 run.h5",
+        "certify run.h5",
+        "inspect run.h5",
     ] {
-        refused(&folder, arguments, &["17179869184"]);
+        refused(&folder, command, "17179869184");
     }
 }
 
-fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
+fn merge_changed(folder: &Folder, words: &str, change: impl Fn(&hdf5::File)) {
     std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
     change(&open_rw(folder.path("changed.h5")).unwrap());
-    refused(folder, &["merge", "changed.h5", "2.h5", "-o", "merged.h5"], words);
+    refused(folder, "merge changed.h5 2.h5 -o merged.h5", words);
     assert!(!folder.path("merged.h5").exists());
-}
-
-fn set_number(file: &hdf5::File, name: &str, value: i64) {
-    file.attr(name).unwrap().write_scalar(&value).unwrap();
 }
 
 /// A folder with the study and its halves, 1.h5 and 2.h5.
 fn with_two_shards() -> Folder {
     let folder = Folder::new();
     folder.write("study.toml", STUDY);
-    for shard in ["1", "2"] {
-        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
-        let mut sweep = folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
-        output(&mut sweep, 0);
+    for shard in [1, 2] {
+        folder.ok(&format!("sweep study.toml --shard {shard}/2 -o {shard}.h5 -q"));
     }
     folder
 }
@@ -281,62 +270,40 @@ fn regression_nothing_is_made_from_a_damaged_file() {
     let free = "[[free]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 30\n[[target]]\nquantity = \"onset_time\"\nvalue = \"1 s\"\n";
     folder.write("calibration.toml", format!("case = \"bad.h5\"\n{free}"));
     let before = folder.names().len();
-    let shard = [
-        "sweep",
-        "study.toml",
-        "--resume",
-        "-q",
-        "-o",
-        "bad.h5",
-        "--shard",
-        "1/2",
+    let of_run = [
+        "run bad.h5 -o new.h5",
+        "certify bad.h5 -o new.h5",
+        "modes bad.h5",
+        "export bad.h5 -o new.csv",
+        "export bad.h5 -o new.csv --rate 1000",
+        "sweep base.toml -o new.h5",
+        "calibrate calibration.toml -o new.h5",
+        "compare bad.h5 run.h5",
+        "compare run.h5 bad.h5 --report new.md",
+        "compare run.h5 other.csv --events bad.h5",
+        "plot bad.h5 -o new",
+        "plot run.h5 bad.h5 -o new",
+        "plot bad.h5 --html new.html",
+        "plot run.h5 --candidate bad.h5 -o new",
     ];
+    let resume = "sweep study.toml --resume -q -o bad.h5";
+    let of_shard = ["merge bad.h5 2.h5 -o new.h5", &format!("{resume} --shard 1/2")];
+    let of_sweep = [resume, "plot bad.h5 -o new", "plot bad.h5 --html new.html"];
     for (file, variable, commands) in [
-        (
-            "1.h5",
-            "energy_residual",
-            &[&["merge", "bad.h5", "2.h5", "-o", "new.h5"][..], &shard][..],
-        ),
-        (
-            "sweep.h5",
-            "energy_residual",
-            &[
-                &shard[..6],
-                &["plot", "bad.h5", "-o", "new"],
-                &["plot", "bad.h5", "--html", "new.html"],
-            ][..],
-        ),
-        (
-            "run.h5",
-            "trajectory/theta",
-            &[
-                &["run", "bad.h5", "-o", "new.h5"][..],
-                &["certify", "bad.h5", "-o", "new.h5"],
-                &["modes", "bad.h5"],
-                &["export", "bad.h5", "-o", "new.csv"],
-                &["export", "bad.h5", "-o", "new.csv", "--rate", "1000"],
-                &["sweep", "base.toml", "-o", "new.h5"],
-                &["calibrate", "calibration.toml", "-o", "new.h5"],
-                &["compare", "bad.h5", "run.h5"],
-                &["compare", "run.h5", "bad.h5", "--report", "new.md"],
-                &["compare", "run.h5", "other.csv", "--events", "bad.h5"],
-                &["plot", "bad.h5", "-o", "new"],
-                &["plot", "run.h5", "bad.h5", "-o", "new"],
-                &["plot", "bad.h5", "--html", "new.html"],
-                &["plot", "run.h5", "--candidate", "bad.h5", "-o", "new"],
-            ][..],
-        ),
+        ("1.h5", "energy_residual", &of_shard[..]),
+        ("sweep.h5", "energy_residual", &of_sweep),
+        ("run.h5", "trajectory/theta", &of_run),
     ] {
         folder.write("bad.h5", folder.read(file));
         lose_chunk(&folder, "bad.h5", variable);
-        for arguments in commands {
-            refused(&folder, arguments, &["bad.h5", WORDS]);
+        for command in commands {
+            refused(&folder, *command, &["bad.h5", WORDS]);
         }
         // It is shown, with a warning.
-        let (code, _, stderr) = survive(&folder.path(""), &["inspect", "bad.h5"]);
+        let (code, _, stderr) = survive(&folder.path(""), "inspect bad.h5");
         assert!(code == 0 && stderr.contains("bad.h5: damaged"), "{stderr}");
-        let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "bad.h5"]);
-        let damage = crate::common::cli::json(&stdout)["damage"].to_string();
+        let (_, stdout, _) = survive(&folder.path(""), "inspect --json bad.h5");
+        let damage = json(&stdout)["damage"].to_string();
         assert!(damage.contains(WORDS), "{damage}");
         // The files that `survive` writes, and the damaged file itself.
         assert_eq!(folder.names().len(), before + 3, "{:?}", folder.names());
@@ -348,11 +315,10 @@ fn regression_a_damaged_result_is_no_foreign_candidate() {
     let folder = with_run();
     folder.write("bad.h5", folder.read("run.h5"));
     patch(&folder.path("bad.h5"), b"stickslip-result", b"stickslip-resulu");
-    for arguments in [["compare", "run.h5", "bad.h5"], ["compare", "bad.h5", "run.h5"]] {
-        refused(&folder, &arguments, &["bad.h5"]);
-    }
-    let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "run.h5"]);
-    assert!(crate::common::cli::json(&stdout)["damage"].is_null());
+    refused(&folder, "compare run.h5 bad.h5", "bad.h5");
+    refused(&folder, "compare bad.h5 run.h5", "bad.h5");
+    let (_, stdout, _) = survive(&folder.path(""), "inspect --json run.h5");
+    assert!(json(&stdout)["damage"].is_null());
 }
 
 /// `check` finds any changed bit, wherever HDF5 keeps it, and whatever HDF5 makes of it. The sum over all bytes
@@ -368,13 +334,13 @@ fn property_any_changed_bit_is_found() {
         (0..sound.len()).find(found).unwrap()
     };
     let mut places: Vec<usize> = names.into_iter().map(at).collect();
-    let mut dice = Dice(0);
+    let mut dice = Random(0);
     places.extend((0..40).map(|_| dice.below(sound.len())));
     // The last line, too.
     places.extend([sound.len() - 26, sound.len() - 2]);
     let found = |bad: &[u8], what: &str| {
         folder.write("bad.h5", bad);
-        let (code, stdout, stderr) = survive(&folder.path(""), &["check", "bad.h5"]);
+        let (code, stdout, stderr) = survive(&folder.path(""), "check bad.h5");
         assert_ne!(code, 0, "{what}: {stdout}{stderr}");
     };
     for at in places {
@@ -392,99 +358,79 @@ fn property_any_changed_bit_is_found() {
 fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
     let folder = with_run();
     unseal(&folder, "run.h5", "earlier.h5");
-    let (code, stdout, _) = survive(&folder.path(""), &["check", "earlier.h5"]);
+    let (code, stdout, _) = survive(&folder.path(""), "check earlier.h5");
     assert!(code == 0 && stdout.contains("there is none of all bytes"), "{stdout}");
     for arguments in [
-        &["run", "earlier.h5", "-o", "again.h5", "-q"][..],
-        &["certify", "earlier.h5", "-o", "certified.h5", "-q"],
-        &["compare", "earlier.h5", "earlier.h5", "-q", "--json"],
-        &["plot", "earlier.h5", "-o", "figures", "-q"],
-        &["inspect", "earlier.h5", "-q", "--json"],
+        "run earlier.h5 -o again.h5 -q",
+        "certify earlier.h5 -o certified.h5 -q",
+        "compare earlier.h5 earlier.h5 -q --json",
+        "plot earlier.h5 -o figures -q",
+        "inspect earlier.h5 -q --json",
     ] {
-        assert_eq!(survive(&folder.path(""), arguments).0, 0, "{arguments:?}");
+        survived(&folder, arguments);
     }
     // HDF5 cuts the line off when it changes a file. The output of certify has one again.
-    drop(
-        open_rw(folder.path("run.h5"))
-            .unwrap()
-            .new_attr::<i64>()
-            .create("mine")
-            .unwrap(),
-    );
-    let (_, stdout, _) = survive(&folder.path(""), &["check", "--json", "run.h5"]);
-    assert_eq!(crate::common::cli::json(&stdout)["sealed"], false);
-    let (code, stdout, _) = survive(&folder.path(""), &["check", "--json", "certified.h5"]);
-    assert!(code == 0, "{stdout}");
-    assert!(crate::common::cli::json(&stdout)["sealed"] == true, "{stdout}");
+    let file = open_rw(folder.path("run.h5")).unwrap();
+    file.new_attr::<i64>().create("mine").unwrap();
+    drop(file);
+    let (_, stdout, _) = survive(&folder.path(""), "check --json run.h5");
+    assert_eq!(json(&stdout)["sealed"], false);
+    let certified = json(&survived(&folder, "check --json certified.h5"));
+    assert_eq!(certified["sealed"], true);
 }
 
 #[test]
 fn regression_a_shard_that_lies_about_its_study_is_refused() {
     let folder = with_two_shards();
-    merge_changed(
-        &folder,
-        |file| set_number(file, "shard_count", 1 << 40),
-        &["shard_count"],
-    );
-    merge_changed(&folder, |file| set_number(file, "shard_count", -1), &["shard_count"]);
-    merge_changed(&folder, |file| set_number(file, "shard", 1 << 40), &["shard"]);
+    let number = |name: &'static str, value: i64| {
+        move |file: &hdf5::File| file.attr(name).unwrap().write_scalar(&value).unwrap()
+    };
+    merge_changed(&folder, "shard_count", number("shard_count", 1 << 40));
+    merge_changed(&folder, "shard_count", number("shard_count", -1));
+    merge_changed(&folder, "shard", number("shard", 1 << 40));
     let shape = |shape: &'static [i64]| {
         move |file: &hdf5::File| {
             file.delete_attr("study_shape").unwrap();
             file.new_attr_builder().with_data(shape).create("study_shape").unwrap();
         }
     };
-    merge_changed(&folder, shape(&[1 << 32, 1 << 32]), &["study_shape"]);
-    merge_changed(&folder, shape(&[1 << 40, 1 << 40]), &["study_shape"]);
-    merge_changed(&folder, shape(&[2, 3]), &["division"]);
-    merge_changed(&folder, shape(&[0]), &["study_shape"]);
-    merge_changed(&folder, shape(&[1 << 36]), &["point"]);
+    merge_changed(&folder, "study_shape", shape(&[1 << 32, 1 << 32]));
+    merge_changed(&folder, "study_shape", shape(&[1 << 40, 1 << 40]));
+    merge_changed(&folder, "division", shape(&[2, 3]));
+    merge_changed(&folder, "study_shape", shape(&[0]));
+    merge_changed(&folder, "point", shape(&[1 << 36]));
     for name in ["study_axes", "study_variables"] {
-        let empty = |file: &hdf5::File| {
-            let text = VarLenUnicode::new();
-            file.attr(name).unwrap().write_scalar(&text).unwrap();
-        };
-        merge_changed(&folder, empty, &[name]);
+        merge_changed(&folder, name, |file| {
+            let empty = VarLenUnicode::new();
+            file.attr(name).unwrap().write_scalar(&empty).unwrap();
+        });
     }
-    let scalar = |file: &hdf5::File| {
-        let events = file.group("events").unwrap();
-        events.unlink("point").unwrap();
-        events.new_dataset::<i64>().create("point").unwrap();
-    };
-    merge_changed(&folder, scalar, &["events/point"]);
-    let scalar = |file: &hdf5::File| {
-        file.unlink("point").unwrap();
-        file.new_dataset::<i64>().create("point").unwrap();
-    };
-    merge_changed(&folder, scalar, &["point"]);
+    for name in ["events/point", "point"] {
+        merge_changed(&folder, name, |file| {
+            file.unlink(name).unwrap();
+            file.new_dataset::<i64>().create(name).unwrap();
+        });
+    }
 }
 
 #[test]
 fn regression_other_files_are_read_only_on_demand() {
     let folder = with_run();
     {
-        let secret = write_candidate(&folder.path("secret.h5"));
-        drop(secret);
+        drop(write_candidate(&folder.path("secret.h5")));
         let links = create(folder.path("links.h5")).unwrap();
-        for name in ["time", "relative_velocity"] {
-            links.link_external("secret.h5", name, name).unwrap();
-        }
         let file = open_rw(folder.path("run.h5")).unwrap();
         file.unlink("events").unwrap();
         file.link_external("secret.h5", "/", "events").unwrap();
         std::fs::write(folder.path("numbers"), [0; 800]).unwrap();
         let external = create(folder.path("external.h5")).unwrap();
-        let virtual_file = create(folder.path("virtual.h5")).unwrap();
-        let secret = folder.path("secret.h5");
-        for name in ["time", "relative_velocity"] {
+        for name in OWN {
+            links.link_external("secret.h5", name, name).unwrap();
             let stored = external.new_dataset::<f64>().shape([100]).external("numbers", 0, 800);
             stored.create(name).unwrap();
-            let source = secret.to_str().unwrap();
-            let made = virtual_file.new_dataset::<f64>().shape([100]);
-            made.virtual_map(source, name, [100], .., [100], ..)
-                .create(name)
-                .unwrap();
         }
+        let secret = folder.path("secret.h5");
+        write_virtual(&folder.path("virtual.h5"), secret.to_str().unwrap(), OWN);
     }
     for name in ["links.h5", "external.h5", "virtual.h5"] {
         std::fs::copy(folder.path("secret.h5"), folder.path("reference")).unwrap();
@@ -495,9 +441,7 @@ fn regression_other_files_are_read_only_on_demand() {
     }
     folder.ok_short("-q -o run2.h5");
     for name in ["links.h5", "virtual.h5"] {
-        let compare = ["compare", "run2.h5", name, "--quick", "--follow-external"];
-        let (code, _, stderr) = survive(&folder.path(""), &compare);
-        assert_eq!(code, 0, "{name}: {stderr}");
+        survived(&folder, &["compare", "run2.h5", name, "--quick", "--follow-external"]);
     }
 }
 
@@ -513,8 +457,8 @@ fn regression_a_reference_with_values_that_are_none_is_refused() {
         // The change is written when nothing holds the file open.
         drop((column, file));
         let words = ["row 5", name];
-        refused(&folder, &["compare", "run.h5", "sound.h5"], &words);
-        refused(&folder, &["certify", "run.h5", "-o", "certified.h5"], &words);
+        refused(&folder, "compare run.h5 sound.h5", &words);
+        refused(&folder, "certify run.h5 -o certified.h5", &words);
         assert!(!folder.path("certified.h5").exists());
     }
 }
@@ -527,27 +471,23 @@ fn regression_a_column_that_is_left_out_is_said_to_be() {
         let file = create(folder.path("other.h5")).unwrap();
         let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
         for name in names {
-            file.new_dataset_builder().with_data(&times).create(name).unwrap();
+            store(&file, name, &times);
         }
         let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
         empty.create(long).unwrap();
         file.link_external("secret.h5", "z", "z").unwrap();
     };
     columns(["other", "relative_velocity"], "time");
-    refused(
-        &folder,
-        &["compare", "run.h5", "other.h5"],
-        &["no column of times", "left out", "1099511627776"],
-    );
+    let words = "no column of times & left out & 1099511627776";
+    refused(&folder, "compare run.h5 other.h5", words);
     columns(["time", "relative_velocity"], "other");
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "other.h5", "--quick"]);
-    assert_eq!(code, 0, "{stderr}");
+    survived(&folder, "compare run.h5 other.h5 --quick");
 }
 
 /// Writes a file whose two variables are virtual, with the variables `names` of another file as sources.
 fn write_virtual(path: &Path, source: &str, names: [&str; 2]) {
     let file = create(path).unwrap();
-    for (name, from) in ["time", "relative_velocity"].into_iter().zip(names) {
+    for (name, from) in OWN.into_iter().zip(names) {
         let made = file.new_dataset::<f64>().shape([100]);
         let made = made.virtual_map(source, from, [100], .., [100], ..);
         made.create(name).unwrap();
@@ -565,23 +505,16 @@ fn regression_links_of_the_file_system_lead_to_no_other_file() {
     std::os::unix::fs::symlink("..", folder.path("shared/up")).unwrap();
     drop(write_candidate(&folder.path("shared/beside0.h5")));
     std::os::unix::fs::symlink("beside0.h5", folder.path("shared/near.h5")).unwrap();
-    let own = ["time", "relative_velocity"];
+    let compare = "compare run.h5 shared/virtual.h5";
     for source in ["link.h5", "up/secret.h5"] {
-        write_virtual(&folder.path("shared/virtual.h5"), source, own);
-        refused(
-            &folder,
-            &["compare", "run.h5", "shared/virtual.h5"],
-            &[source, "--follow-external"],
-        );
+        write_virtual(&folder.path("shared/virtual.h5"), source, OWN);
+        refused(&folder, compare, &[source, "--follow-external"]);
     }
-    write_virtual(&folder.path("shared/virtual.h5"), "near.h5", own);
-    let compare = ["compare", "run.h5", "shared/virtual.h5", "--quick"];
-    let (code, _, stderr) = survive(&folder.path(""), &compare);
-    assert_eq!(code, 0, "{stderr}");
+    write_virtual(&folder.path("shared/virtual.h5"), "near.h5", OWN);
+    survived(&folder, "compare run.h5 shared/virtual.h5 --quick");
     // The file itself may be named by a link.
     std::os::unix::fs::symlink("shared/virtual.h5", folder.path("named.h5")).unwrap();
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "named.h5", "--quick"]);
-    assert_eq!(code, 0, "{stderr}");
+    survived(&folder, "compare run.h5 named.h5 --quick");
 }
 
 /// A name with a pattern stands for any number of files, which are not listed anywhere. The two files are written by
@@ -599,9 +532,7 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
         drop(write_candidate(&folder.path("beside0.h5")));
         refused(&folder, &compare, &[source, "--follow-external"]);
     }
-    let follow = ["compare", "run.h5", "file.h5", "--quick", "--follow-external"];
-    let (code, _, stderr) = survive(&folder.path(""), &follow);
-    assert_eq!(code, 0, "{stderr}");
+    survived(&folder, "compare run.h5 file.h5 --quick --follow-external");
 }
 
 /// HDF5 reads missing sources as fill values.
@@ -609,43 +540,34 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
 fn regression_a_missing_source_of_a_virtual_variable_is_an_error() {
     let folder = with_run();
     drop(write_candidate(&folder.path("near.h5")));
-    write_virtual(&folder.path("virtual.h5"), "near.h5", ["time", "relative_velocity"]);
-    let compare = ["compare", "run.h5", "virtual.h5", "--quick"];
-    let (code, _, stderr) = survive(&folder.path(""), &compare);
-    assert_eq!(code, 0, "{stderr}");
-    let wrong = |words: &[&str]| {
-        for more in [&[][..], &["--follow-external"]] {
-            refused(&folder, &[&compare[..], more].concat(), words);
-        }
+    write_virtual(&folder.path("virtual.h5"), "near.h5", OWN);
+    let compare = "compare run.h5 virtual.h5 --quick";
+    survived(&folder, compare);
+    let wrong = |words: &str| {
+        refused(&folder, compare, words);
+        refused(&folder, &format!("{compare} --follow-external"), words);
     };
     std::fs::rename(folder.path("near.h5"), folder.path("away.h5")).unwrap();
-    wrong(&["near.h5", "not there"]);
+    wrong("near.h5 & not there");
     #[cfg(unix)]
     {
-        make_pipe(&folder, "near.h5");
-        wrong(&["near.h5", "no plain file"]);
+        folder.pipe("near.h5");
+        wrong("near.h5 & no plain file");
         std::fs::remove_file(folder.path("near.h5")).unwrap();
     }
     drop(create(folder.path("near.h5")).unwrap());
-    wrong(&["near.h5", "has no"]);
+    wrong("near.h5 & has no");
     folder.write("near.h5", "\u{89}HDF");
-    wrong(&["near.h5", "cannot be read"]);
-}
-
-/// Makes a named pipe with a command that every Unix has.
-#[cfg(unix)]
-fn make_pipe(folder: &Folder, name: &str) {
-    let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
-    assert!(made.unwrap().success());
+    wrong("near.h5 & cannot be read");
 }
 
 #[cfg(unix)]
 #[test]
 fn regression_a_pipe_is_no_result() {
     let folder = with_run();
-    make_pipe(&folder, "pipe.h5");
-    refused(&folder, &["inspect", "pipe.h5"], &["pipe.h5"]);
-    refused(&folder, &["plot", "pipe.h5"], &["pipe.h5"]);
+    folder.pipe("pipe.h5");
+    refused(&folder, "inspect pipe.h5", "pipe.h5");
+    refused(&folder, "plot pipe.h5", "pipe.h5");
 }
 
 /// A lock must be a plain file. Opening a pipe for reading could block for ever.
@@ -654,14 +576,11 @@ fn regression_a_pipe_is_no_result() {
 fn regression_a_pipe_in_place_of_a_lock_is_not_waited_for() {
     let folder = with_run();
     for lock in [".run.h5.lock", ".new.partial.h5.lock"] {
-        make_pipe(&folder, lock);
+        folder.pipe(lock);
     }
-    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
-    refused(
-        &folder,
-        &["run", "-q", "-o", "new.h5", "--set", "output.end_time=0.01"],
-        &[".new.partial.h5.lock", "not a result of this program"],
-    );
+    survived(&folder, "inspect run.h5");
+    let words = ".new.partial.h5.lock & not a result of this program";
+    refused(&folder, "run -q -o new.h5 --set output.end_time=0.01", words);
 }
 
 /// Processes whose parents end become children of this process. There must be none.
@@ -673,9 +592,9 @@ fn regression_no_probing_process_is_left() {
     rustix::process::set_child_subreaper(Some(rustix::process::getpid())).unwrap();
     let own = std::process::id().to_string();
     for arguments in [
-        &["inspect", "unsealed.h5"][..],
-        &["compare", "run.h5", "unsealed.h5"],
-        &["compare", "unsealed.h5", "missing.h5"],
+        "inspect unsealed.h5",
+        "compare run.h5 unsealed.h5",
+        "compare unsealed.h5 missing.h5",
     ] {
         survive(&folder.path(""), arguments);
         for process in std::fs::read_dir("/proc").unwrap() {
@@ -733,7 +652,7 @@ fn regression_the_end_of_a_probe_from_outside_is_not_blamed_on_the_file() {
         let compare = folder.start("compare run.h5 long.h5");
         kill_process(probe_of(compare.id()), signal).unwrap();
         let output = compare.wait_with_output().unwrap();
-        let stderr = crate::common::cli::text(&output.stderr);
+        let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{stderr}");
         says(&stderr, &["long.h5", words]);
         assert!(!stderr.contains("damaged"), "{stderr}");
@@ -757,7 +676,7 @@ fn regression_an_unsealed_file_is_not_opened_without_a_probe() {
         let mut inspect = std::process::Command::new("sh");
         inspect.args(["-c", command, "sh", name]).current_dir(folder.path(""));
         let output = inspect.output().unwrap();
-        let stderr = crate::common::cli::text(&output.stderr);
+        let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{name}: {stderr}");
         assert!(code == 0 || stderr.contains("did not start"), "{name}: {stderr}");
     }
@@ -768,13 +687,9 @@ fn regression_an_unsealed_file_is_not_opened_without_a_probe() {
 #[test]
 fn regression_a_growing_file_can_be_read_at_any_time() {
     let folder = Folder::new();
-    let longer = |word: &&'static str| match *word {
-        "output.end_time=2" => "output.end_time=100",
-        word => word,
-    };
-    let long: Vec<&str> = LONG.iter().map(longer).collect();
-    let steps = [&long, &["--set", "output.steps=true"][..]].concat();
-    let mut run = folder.start(&[&["run", "-q", "-o", "grows.h5"][..], &steps].concat());
+    let steps =
+        "--set output.end_time=100 --set output.interval=1e-4 --set solver.max_step=1e-7 --set output.steps=true";
+    let mut run = folder.start(&format!("run -q -o grows.h5 {steps}"));
     let partial = folder.path("grows.partial.h5");
     while !partial.exists() {
         assert!(run.try_wait().unwrap().is_none(), "the run has ended");
@@ -783,24 +698,23 @@ fn regression_a_growing_file_can_be_read_at_any_time() {
     let mut rows = Vec::new();
     let begun = std::time::Instant::now();
     while rows.len() < 12 && begun.elapsed().as_secs() < 3 {
-        let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
-        assert_eq!(code, 0, "{stderr}");
-        assert!(stderr.contains("still being written"), "{stderr}");
-        let listed = crate::common::cli::json(&stdout);
+        let (code, stdout, stderr) = survive(&folder.path(""), "inspect --json grows.partial.h5");
+        assert!(code == 0 && stderr.contains("still being written"), "{stderr}");
+        let listed = json(&stdout);
         assert_eq!(listed["growing"], true);
-        let variables = listed["variables"].as_array().unwrap();
+        let variables = listed["variables"].list();
         let time = variables
             .iter()
             .find(|v| v["group"] == "/trajectory" && v["name"] == "time")
             .unwrap();
-        rows.push(time["shape"][0].as_u64().unwrap());
+        rows.push(time["shape"][0].whole());
     }
     run.kill().unwrap();
     run.wait().unwrap();
     assert!(rows.is_sorted(), "{rows:?}");
-    let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
+    let (code, stdout, _) = survive(&folder.path(""), "inspect --json grows.partial.h5");
     // A kill during a flush may leave the file unreadable.
-    assert!(code == 2 || crate::common::cli::json(&stdout)["growing"] == false);
+    assert!(code == 2 || json(&stdout)["growing"] == false);
 }
 
 /// Changes the length of a variable: a growing one in place, any other by creating it again without its attributes.
@@ -813,11 +727,8 @@ fn change_length(path: &Path, variable: &str, length: usize) {
         let kind = old.dtype().unwrap().to_descriptor().unwrap();
         drop(old);
         file.unlink(variable).unwrap();
-        file.new_dataset_builder()
-            .empty_as(&kind)
-            .shape(shape)
-            .create(variable)
-            .unwrap();
+        let new = file.new_dataset_builder().empty_as(&kind).shape(shape);
+        new.create(variable).unwrap();
     }
     file.close().unwrap();
 }
@@ -844,69 +755,56 @@ fn columns(path: &Path) -> Vec<(String, usize)> {
 /// command once panicked.
 fn columns_of_other_lengths(each: usize) {
     const KNOWN: [&str; 3] = ["branches/parent", "runs/method", "targets/half_width"];
-    let folder = Folder::new();
+    let folder = with_two_shards();
     folder.ok_short("-q -o run.h5");
     folder.ok("certify run.h5 -q -o certified.h5");
-    folder.write("study.toml", STUDY);
     folder.ok("sweep study.toml -o sweep.h5 -q");
-    for shard in ["1", "2"] {
-        folder.ok(&format!("sweep study.toml --shard {shard}/2 -o {shard}.h5 -q"));
-    }
     folder.write("inertia.toml", crate::calibrate::QUICK);
     folder.ok("calibrate inertia.toml -q");
     folder.write("belt.toml", crate::plot_branches::STUDY);
     folder.ok("continue belt.toml -q");
-    folder.write(
-        "few.toml",
-        "title = \"few\"\ncase = \"block\"\nseries = [{ methods = [\"series\", \"erk\"], tolerances = [1e-6, 1e-8] }]\n",
-    );
+    let series = "series = [{ methods = [\"series\", \"erk\"], tolerances = [1e-6, 1e-8] }]\n";
+    folder.write("few.toml", format!("title = \"few\"\ncase = \"block\"\n{series}"));
     folder.ok("work-precision few.toml -q");
-    let plot = ["plot", "bad.h5", "-o", "new"];
-    let html = ["plot", "bad.h5", "--html", "new.html"];
-    let csv = ["export", "bad.h5", "-o", "new.csv"];
-    let events = ["export", "bad.h5", "-o", "new.csv", "--table", "events"];
-    let cycle = ["cycle", "bad.h5", "--branch", "1", "--point", "3"];
-    let merge = ["merge", "bad.h5", "2.h5", "-o", "new.h5"];
-    let mut dice = Dice(7);
+    let plot = "plot bad.h5 -o new";
+    let html = "plot bad.h5 --html new.html";
+    let csv = "export bad.h5 -o new.csv";
+    let events = "export bad.h5 -o new.csv --table events";
+    let cycle = "cycle bad.h5 --branch 1 --point 3";
+    let merge = "merge bad.h5 2.h5 -o new.h5";
+    let mut dice = Random(7);
     for (seed, commands) in [
-        ("run.h5", &[&plot[..], &html, &csv, &events][..]),
-        ("certified.h5", &[&plot, &html, &events]),
-        ("sweep.h5", &[&plot, &html]),
-        ("1.h5", &[&merge]),
-        ("inertia.h5", &[&plot, &html]),
-        ("belt.h5", &[&plot, &html, &cycle]),
-        ("few.h5", &[&plot]),
+        ("run.h5", &[plot, html, csv, events][..]),
+        ("certified.h5", &[plot, html, events]),
+        ("sweep.h5", &[plot, html]),
+        ("1.h5", &[merge]),
+        ("inertia.h5", &[plot, html]),
+        ("belt.h5", &[plot, html, cycle]),
+        ("few.h5", &[plot]),
     ] {
         let all = columns(&folder.path(seed));
+        let group = |variable: &str| variable.rsplit_once('/').map(|(group, _)| group.to_owned());
         for (variable, rows) in &all {
-            let of_table =
-                |other: &str| other.rsplit_once('/').map(|both| both.0) == variable.rsplit_once('/').map(|both| both.0);
             if dice.below(each) > 0 && !KNOWN.contains(&variable.as_str()) {
                 continue;
             }
             let length = [0, rows + 1, rows.saturating_sub(1), 2 * rows + 7][dice.below(4)];
-            // An axis of a shard has its own length.
-            if variable.starts_with("axes/") {
-                continue;
-            }
+            let group_of = group(variable);
             // A group with several dimensions does not say to which of them a changed column belonged.
-            if all.iter().any(|(other, rows)| of_table(other) && length == *rows) {
+            let fits = |(other, rows): &(String, usize)| group(other) == group_of && length == *rows;
+            // An axis of a shard has its own length.
+            if variable.starts_with("axes/") || all.iter().any(fits) {
                 continue;
             }
             folder.write("bad.h5", folder.read(seed));
             change_length(&folder.path("bad.h5"), variable, length);
-            let table = variable
-                .rsplit_once('/')
-                .map_or("/".to_owned(), |(group, _)| format!("/{group}"));
-            let (code, stdout, stderr) = survive(&folder.path(""), &["check", "bad.h5"]);
-            assert_ne!(code, 0, "{seed}, {variable} of {length} rows: {stdout}");
-            let words = format!("the table {table} differ in length");
-            assert!(
-                format!("{stdout}{stderr}").contains(&words),
-                "{seed}, {variable}: {stdout}{stderr}"
-            );
+            let (code, stdout, stderr) = survive(&folder.path(""), "check bad.h5");
+            let said = format!("{seed}, {variable} of {length} rows: {stdout}{stderr}");
+            assert_ne!(code, 0, "{said}");
+            let words = format!("the table /{} differ in length", group_of.unwrap_or_default());
+            assert!(said.contains(&words), "{said}");
             for arguments in commands {
-                refused(&folder, arguments, &["bad.h5", &words]);
+                refused(&folder, *arguments, &["bad.h5", &words]);
             }
         }
     }
@@ -926,86 +824,57 @@ fn property_long_every_table_whose_columns_differ_in_length_is_refused() {
 /// The seeds of the campaign: files of the program, and one of another program.
 fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
     folder.ok_short("-q -o reference.h5");
-    folder.write("study.toml", STUDY);
     folder.ok("sweep study.toml -o sweep.h5 -q");
-    for shard in ["1", "2"] {
-        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
-        folder.ok(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
-    }
     {
         let file = write_candidate(&folder.path("candidate.h5"));
-        let kinds: Vec<VarLenUnicode> = ["stick", "slip"].map(|kind| kind.parse().unwrap()).to_vec();
+        let kinds = ["stick", "slip"].map(|kind| kind.parse::<VarLenUnicode>().unwrap());
         let events = file.create_group("events").unwrap();
-        events.new_dataset_builder().with_data(&kinds).create("kind").unwrap();
-        events
-            .new_dataset_builder()
-            .with_data(&[0.01, 0.02])
-            .create("time")
-            .unwrap();
-        let time = file.dataset("time").unwrap();
-        let unit: VarLenUnicode = "s".parse().unwrap();
-        time.new_attr::<VarLenUnicode>()
-            .create("units")
-            .unwrap()
-            .write_scalar(&unit)
-            .unwrap();
+        store(&events, "kind", &kinds);
+        store(&events, "time", &[0.01, 0.02]);
+        let unit = file.dataset("time").unwrap().new_attr::<VarLenUnicode>();
+        let s: VarLenUnicode = "s".parse().unwrap();
+        unit.create("units").unwrap().write_scalar(&s).unwrap();
     }
-    ["reference.h5", "sweep.h5", "1.h5", "candidate.h5"]
-        .map(|name| (name, folder.read(name)))
-        .to_vec()
+    let names = ["reference.h5", "sweep.h5", "1.h5", "candidate.h5"];
+    names.map(|name| (name, folder.read(name))).to_vec()
 }
 
 /// The commands that get a damaged copy of a seed, `bad.h5`.
-fn commands(seed: &str) -> &'static [&'static [&'static str]] {
+fn commands(seed: &str) -> &'static [&'static str] {
     match seed {
         "reference.h5" => &[
-            &["inspect", "bad.h5"],
-            &["inspect", "bad.h5", "--json"],
-            &["compare", "bad.h5", "reference.h5"],
-            &["compare", "reference.h5", "bad.h5"],
-            &["plot", "bad.h5", "-o", "figures", "--force"],
-            &["plot", "bad.h5", "--html", "page.html", "--force"],
-            &["run", "bad.h5", "-o", "again.h5", "--force", "-q"],
-            &["run", "reference.h5", "-o", "bad.h5", "-q"],
-            &["modes", "bad.h5"],
+            "inspect bad.h5",
+            "inspect bad.h5 --json",
+            "compare bad.h5 reference.h5",
+            "compare reference.h5 bad.h5",
+            "plot bad.h5 -o figures --force",
+            "plot bad.h5 --html page.html --force",
+            "run bad.h5 -o again.h5 --force -q",
+            "run reference.h5 -o bad.h5 -q",
+            "modes bad.h5",
         ],
         "1.h5" => &[
-            &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force"],
-            &["inspect", "bad.h5"],
-            &[
-                "sweep",
-                "study.toml",
-                "--shard",
-                "1/2",
-                "--resume",
-                "-o",
-                "bad.h5",
-                "-q",
-            ],
+            "merge bad.h5 2.h5 -o merged.h5 --force",
+            "inspect bad.h5",
+            "sweep study.toml --shard 1/2 --resume -o bad.h5 -q",
         ],
         "sweep.h5" => &[
-            &["inspect", "bad.h5"],
-            &["plot", "bad.h5", "-o", "figures", "--force"],
-            &["sweep", "study.toml", "--resume", "-o", "bad.h5", "-q"],
+            "inspect bad.h5",
+            "plot bad.h5 -o figures --force",
+            "sweep study.toml --resume -o bad.h5 -q",
         ],
-        _ => &[&["compare", "reference.h5", "bad.h5"]],
+        _ => &["compare reference.h5 bad.h5"],
     }
-}
-
-/// `check` never reports that all checksums of a damaged file agree.
-fn checked(folder: &Folder, case: u64) {
-    let (code, stdout, _) = survive(&folder.path(""), &["check", "bad.h5"]);
-    assert!(code != 0 || !stdout.contains("all checksums agree"), "case {case}");
 }
 
 /// Damages several copies of every seed, and gives each copy to `check` and to one of its commands. A case that fails
 /// leaves its file in the temporary folder, and prints its number, with which [`damage`] can make the file again.
 fn campaign(first: u64, cases: u64) {
-    let folder = Folder::new();
+    let folder = with_two_shards();
     let seeds = seeds(&folder);
     for case in first..first + cases {
         let (seed, sound) = &seeds[case as usize % seeds.len()];
-        let mut dice = Dice(case);
+        let mut dice = Random(case);
         let mut bad = sound.clone();
         damage(&mut bad, &mut dice);
         folder.write("bad.h5", &bad);
@@ -1013,17 +882,17 @@ fn campaign(first: u64, cases: u64) {
         let arguments = choices[dice.below(choices.len())];
         let survived = std::panic::catch_unwind(|| {
             if bad != *sound {
-                checked(&folder, case);
+                // It never reports that all checksums of a damaged file agree.
+                let (code, stdout, _) = survive(&folder.path(""), "check bad.h5");
+                assert!(code != 0 || !stdout.contains("all checksums agree"), "case {case}");
             }
             survive(&folder.path(""), arguments)
         });
         if survived.is_err() {
             let kept = std::env::temp_dir().join(format!("stickslip-hostile-{case}.h5"));
             std::fs::write(&kept, &bad).unwrap();
-            panic!(
-                "case {case} of the campaign, a damaged {seed}, kept as {}",
-                kept.display()
-            );
+            let kept = kept.display();
+            panic!("case {case} of the campaign, a damaged {seed}, kept as {kept}");
         }
     }
 }
@@ -1032,8 +901,6 @@ fn campaign(first: u64, cases: u64) {
 #[test]
 fn property_damaged_files_are_an_error_or_a_result() {
     let asked = |name: &str, otherwise| std::env::var(name).map_or(otherwise, |text| text.parse().unwrap());
-    campaign(
-        asked("STICKSLIP_HOSTILE_FIRST", 0),
-        asked("STICKSLIP_HOSTILE_CASES", 20),
-    );
+    let (first, cases) = ("STICKSLIP_HOSTILE_FIRST", "STICKSLIP_HOSTILE_CASES");
+    campaign(asked(first, 0), asked(cases, 20));
 }

@@ -1,27 +1,27 @@
 //! `stickslip modes`.
 
 use crate::common::cli::{Folder, json, says};
+use crate::common::json::*;
 
 #[test]
 fn cli_modes_says_the_same_in_table_and_json() {
     let folder = Folder::new();
-    let (table, stderr) = folder.ends("modes", 0);
-    assert_eq!(stderr, "");
+    let table = folder.clean("modes");
     let document = folder.json("modes paper");
     assert_eq!(document["stability"], "lost");
     assert_eq!(document["instability"]["onset_decided_by"], "perturbation");
-    let time = document["instability"]["time"].as_f64().unwrap();
+    let time = document["instability"]["time"].number();
     says(
         &table,
         &[
             format!("{time:.9} s"),
-            format!("{:.6} rad/s", document["critical_speed"].as_f64().unwrap()),
-            format!("{:.2}", document["instability"]["growth_exponent"].as_f64().unwrap()),
+            format!("{:.6} rad/s", document["critical_speed"].number()),
+            format!("{:.2}", document["instability"]["growth_exponent"].number()),
             "4.1570 kHz".to_owned(),
             "the perturbation".to_owned(),
         ],
     );
-    let states = document["states"].as_array().unwrap();
+    let states = document["states"].list();
     assert_eq!(states.len(), 6);
     assert_eq!(folder.names(), [""; 0]);
     // The table fits a terminal.
@@ -100,12 +100,12 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     assert!(numbers.filter(|number| *number > 1e4).count() == 0, "{table}");
     let document = folder.ok(&[&steep[..], &["--json"]].concat());
     let document = json(&document);
-    let number = |name: &str| document["instability"][name].as_f64().unwrap();
+    let number = |name: &str| document["instability"][name].number();
     let expected = -1000.0 * (number("time") - 6.966);
     // The mode's share of the rotor, J/I, and one e-fold in the window.
     let gained = number("e_folds_gained");
     assert!((gained - expected).abs() < 0.05 * expected.abs(), "{gained} {expected}");
-    assert!(number("smooth_end") - number("time") < document["natural_period"].as_f64().unwrap());
+    assert!(number("smooth_end") - number("time") < document["natural_period"].number());
     let table = folder.ok("modes -v");
     assert!(!table.contains("shorter than one oscillation"), "{table}");
 }
@@ -137,8 +137,7 @@ fn cli_modes_names_the_points_of_a_friction_table() {
 #[test]
 fn cli_modes_of_trains() {
     let folder = Folder::new();
-    let (table, stderr) = folder.ends("modes belt-exponential -v", 0);
-    assert_eq!(stderr, "");
+    let table = folder.clean("modes belt-exponential -v");
     let document = folder.json("modes belt-exponential");
     assert_eq!(document["motion"], "translation");
     assert_eq!(document["operating_points"][0]["stability"], "unstable");
@@ -147,7 +146,7 @@ fn cli_modes_of_trains() {
     says(
         &table,
         &[
-            format!("{:.8}", critical["value"].as_f64().unwrap()),
+            format!("{:.8}", critical["value"].number()),
             "omega_r, m/s".to_owned(),
             "steady sliding at  0.3 m/s".to_owned(),
             "1.59155".to_owned(),

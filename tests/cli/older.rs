@@ -6,6 +6,7 @@
 //! output.around=none --set output.dense=true --no-witness`.
 
 use crate::common::cli::Folder;
+use crate::common::json::*;
 use std::io::Read as _;
 use stickslip::results::{EventSide, ResultFile};
 
@@ -92,7 +93,7 @@ fn cli_every_command_reads_older_files() {
                 .contains("\"contact_power\"")
         );
         folder.ok(&["export", name, "-o", "all.csv"]);
-        let text = String::from_utf8(folder.read("all.csv")).unwrap();
+        let text = folder.text("all.csv");
         assert!(text.lines().next().unwrap().contains(",contact_power [W]"));
         folder.ok(&format!(
             "export {name} -o at.csv --interval 0.1 --channels contact_power"
@@ -103,7 +104,7 @@ fn cli_every_command_reads_older_files() {
         for pair in [[name, "now.h5"], ["now.h5", name]] {
             let report = folder.json(&["compare", pair[0], pair[1], "--quick", "--require", "events<1e-9"]);
             let found = &report["comparisons"][0];
-            let channels = found["channels"].as_array().unwrap();
+            let channels = found["channels"].list();
             let has_power = channels.iter().any(|channel| channel["channel"] == "contact_power");
             assert!(has_power, "{found}");
             assert_eq!(found["event_errors"]["matched"], events);

@@ -173,8 +173,7 @@ fn cli_output_replaces_no_pipe() {
         ("p.svg", &["plot", "run.h5", "-o", "p.svg", "--only", "rotor-speed"]),
         ("p.html", &["plot", "run.h5", "--html", "p.html"]),
     ] {
-        let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
-        assert!(made.unwrap().success());
+        folder.pipe(name);
         for force in [None, Some("--force")] {
             let said = refusal(folder.stickslip(arguments).args(force));
             says(&said, &[name, "a pipe or a device"]);

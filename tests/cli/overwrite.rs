@@ -1,6 +1,7 @@
 //! Nothing is overwritten in silence: a product replaces only one of the same case, settings and files.
 
 use crate::common::cli::Folder;
+use crate::common::json::*;
 
 /// The result of other settings is refused with what differs, and the earlier file stays as it is. The same settings
 /// give the same result, which is replaced.
@@ -122,7 +123,7 @@ fn cli_changes_are_shown() {
             .contains(&format!("changed: {line}"))
     );
     let drawn = folder.json("plot changed.h5 --channel z -o z.svg");
-    let title = drawn["files"][0]["title"].as_str().unwrap();
+    let title = drawn["files"][0]["title"].text();
     // Overrides of the output change no curve.
     assert!(title.contains(&format!("({line})")), "{title}");
     // A repeated run keeps them, an override of the same key replaces its line.

@@ -90,7 +90,7 @@ fn cli_a_page_shows_two_runs_and_not_three() {
     std::fs::copy(folder.path("paper.h5"), folder.path("other.h5")).unwrap();
     let (stdout, stderr) = folder.ends("plot paper.h5 other.h5 --html pair.html", 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("pair.html\n", ""));
-    let page = std::fs::read_to_string(folder.path("pair.html")).unwrap();
+    let page = folder.text("pair.html");
     assert!(page.contains("difference_of_relative_velocity"));
     let (_, heading) = page.split_once("<h1 id=\"title\">").unwrap();
     let (heading, _) = heading.split_once("</h1>").unwrap();

@@ -2,6 +2,7 @@
 
 use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, says};
+use crate::common::json::*;
 use crate::common::rows;
 use crate::common::unlocked;
 use std::fmt::Arguments;
@@ -50,25 +51,22 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
     assert_eq!(stderr, "");
     let document = json(&stdout);
     let listed = folder.json("plot --list");
-    let (files, absent) = (
-        document["files"].as_array().unwrap(),
-        document["not_drawn"].as_array().unwrap(),
-    );
+    let (files, absent) = (document["files"].list(), document["not_drawn"].list());
     // Figures of other kinds of files are listed, too.
-    let of_runs = listed.as_array().unwrap().iter().filter(|entry| entry["of"] == "run");
+    let of_runs = listed.list().iter().filter(|entry| entry["of"] == "run");
     assert_eq!(files.len() / 2 + absent.len(), of_runs.count());
     assert!(files.len() >= 30, "{document}");
     let contents: Vec<Vec<u8>> = files
         .iter()
         .map(|file| {
-            let name = file["file"].as_str().unwrap();
+            let name = file["file"].text();
             let bytes = folder.read(name);
             if name.ends_with(".png") {
                 // 85 mm at 300 dots per inch.
                 assert_eq!(png_size(&bytes).0, 1004, "{name}");
             } else {
                 let text = String::from_utf8(bytes.clone()).unwrap();
-                says(&text, &["width=\"85mm\"", file["title"].as_str().unwrap()]);
+                says(&text, &["width=\"85mm\"", file["title"].text()]);
             }
             bytes
         })
@@ -76,7 +74,7 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
     folder.ok("plot paper.h5 -q");
     for (file, before) in files.iter().zip(contents) {
         assert!(
-            std::fs::read(folder.path(file["file"].as_str().unwrap())).unwrap() == before,
+            std::fs::read(folder.path(file["file"].text())).unwrap() == before,
             "{file}"
         );
     }
@@ -87,7 +85,7 @@ fn cli_plot_says_which_samples_are_missing() {
     let folder = Folder::new();
     folder.ok("run -q --set output.window=[] --set output.around=none");
     let document = folder.json("plot paper.h5");
-    let sampling = document["sampling"].as_str().unwrap();
+    let sampling = document["sampling"].text();
     folder.ok(&["run", "paper.h5", "-q", "--set", sampling]);
     assert_eq!(
         folder.json("plot paper.repeat.h5 -o all")["not_drawn"],
@@ -111,7 +109,7 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
         "6.99",
     ];
     folder.ok(&[&arguments[..], &["-o", "own.svg"]].concat());
-    let text = std::fs::read_to_string(folder.path("own.svg")).unwrap();
+    let text = folder.text("own.svg");
     let line = polylines(&text).into_iter().max_by_key(Vec::len).unwrap();
     // 8001 samples are reduced to at most four points in each of the 1200 buckets.
     assert!(line.len() > 1200 && line.len() <= 4800, "{}", line.len());
@@ -138,32 +136,17 @@ fn cli_plot_of_a_channel_draws_all_of_it() {
 fn cli_plot_of_ones_own_in_every_form() {
     let folder = with_run();
     folder.ok("run paper-si -q");
-    for (arguments, file, words) in [
-        (
-            &["--phase", "phi1", "phi1_dot"][..],
-            "paper-phi1-dot-against-phi1",
-            "stator surface speed",
-        ),
-        (
-            &["--channel", "z", "--x", "normal_force"],
-            "paper-z-against-normal-force",
-            "contact force",
-        ),
-        (
-            &["--channel", "phi1_dot", "--channel", "mode"],
-            "paper-channel-phi1-dot-mode",
-            "mode",
-        ),
-        (
-            &["paper-si.h5", "--channel", "theta_dot"],
-            "paper-and-paper-si-channel-theta-dot",
-            "paper-si",
-        ),
-    ] {
-        let all = [&["plot", "paper.h5", "--format", "svg"], arguments].concat();
-        let stdout = folder.ok(&all);
+    for [arguments, file, words] in rows(
+        "
+        --phase phi1 phi1_dot               | paper-phi1-dot-against-phi1          | stator surface speed
+        --channel z --x normal_force      | paper-z-against-normal-force         | contact force
+        --channel phi1_dot --channel mode | paper-channel-phi1-dot-mode          | mode
+        paper-si.h5 --channel theta_dot     | paper-and-paper-si-channel-theta-dot | paper-si
+    ",
+    ) {
+        let stdout = folder.ok(&format!("plot paper.h5 --format svg {arguments}"));
         assert_eq!(stdout, format!("figures/{file}.svg\n"));
-        let text = std::fs::read_to_string(folder.path(&format!("figures/{file}.svg"))).unwrap();
+        let text = folder.text(&format!("figures/{file}.svg"));
         assert!(text.contains(words), "{file}: {words}");
     }
 }
@@ -174,11 +157,10 @@ fn cli_plot_of_ones_own_in_every_form() {
 fn cli_plot_of_two_runs_is_silent() {
     let folder = with_run();
     folder.ok("run paper-si -q");
-    let (document, stderr) = folder.ends("plot paper.h5 paper-si.h5 --json", 0);
-    assert_eq!(stderr, "");
+    let document = folder.clean("plot paper.h5 paper-si.h5 --json");
     let document = json(&document);
-    let as_array = document["files"].as_array().unwrap();
-    let mut titles = as_array.iter().map(|f| f["title"].as_str().unwrap());
+    let as_array = document["files"].list();
+    let mut titles = as_array.iter().map(|f| f["title"].text());
     assert!(titles.all(|title| !title.contains("verges")), "{document}");
     // Straight pieces without length.
     let constant = ["plot", "paper.h5", "--channel", "mode", "--x", "time", "-o", "mode.png"];
@@ -338,7 +320,7 @@ fn cli_plot_of_an_interrupted_run_draws_what_is_there() {
         says(&stderr, &["was interrupted", "up to t = "]);
         let drawn = |name: &str| {
             let document = json(&document);
-            let files = document["files"].as_array().unwrap();
+            let files = document["files"].list();
             files.iter().any(|file| file["figure"] == name)
         };
         assert!(drawn("rotor-speed") && drawn("friction-law"));
@@ -370,7 +352,7 @@ fn cli_modes_draws_its_figure() {
         folder.ok(&["modes", "-q", "--figure", name]);
         folder.ok(&["modes", "-q", "--figure", name]);
     }
-    let text = std::fs::read_to_string(folder.path("modes.svg")).unwrap();
+    let text = folder.text("modes.svg");
     assert!(text.contains("0.5478 rad/s"), "the critical speed stands in it");
     assert_eq!(png_size(&folder.read("modes.png")).0, 1004);
     folder.write("mine.svg", "mine");
@@ -385,15 +367,15 @@ fn cli_plot_names_many_figures_in_few_lines() {
     let folder = with_run();
     let short = folder.ok("plot paper.h5 --format svg");
     let listed = folder.json("plot paper.h5 --format svg");
-    let count = listed["files"].as_array().unwrap().len();
+    let count = listed["files"].list().len();
     let first = format!("{count} figures in figures/, as SVG: paper-");
     let paragraph = short.split("\n\n").next().unwrap();
     assert!(paragraph.starts_with(&first), "{short}");
     assert!(paragraph.lines().count() <= 5, "{short}");
     assert!(!short.contains(".svg"), "{short}");
     let long = folder.ok("plot paper.h5 --format svg -v");
-    for file in listed["files"].as_array().unwrap() {
-        let file = file["file"].as_str().unwrap();
+    for file in listed["files"].list() {
+        let file = file["file"].text();
         assert!(long.lines().any(|line| line == file), "{file}: {long}");
     }
 }

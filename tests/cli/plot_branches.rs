@@ -1,6 +1,7 @@
 //! `stickslip plot` with the file of a continuation: the diagrams and the page contain what the file contains.
 
 use crate::common::cli::{Folder, json, says};
+use crate::common::json::*;
 use crate::common::page::{codes, document, doubles};
 use std::path::Path;
 use stickslip::continuation::{Special, Stored};
@@ -38,10 +39,9 @@ fn curves(figure: &Figure) -> &[Curve] {
 fn cli_a_diagram_has_the_branches_of_the_file() {
     let folder = with_branches();
     let names: Vec<String> = folder.json("plot belt.h5")["files"]
-        .as_array()
-        .unwrap()
+        .list()
         .iter()
-        .map(|file| file["figure"].as_str().unwrap().to_owned())
+        .map(|file| file["figure"].text().to_owned())
         .collect();
     for name in ["branches-amplitude", "branches-relative_velocity", "branches-period"] {
         assert!(names.iter().any(|one| one == name), "{names:?}");
@@ -93,7 +93,7 @@ fn analytic_lines_are_broken_at_the_hopf_point() {
     assert!(marks.iter().all(|x| *x == largest) && !marks.is_empty(), "{marks:?}");
     assert!(matches!(curve("Hopf").style, CurveStyle::Marks(_)));
     folder.ok("plot belt.h5 --quantity position -o position.svg --width 120 --no-title");
-    let svg = std::fs::read_to_string(folder.path("position.svg")).unwrap();
+    let svg = folder.text("position.svg");
     says(&svg, "Hopf & steady sliding, unstable & cycles, stable & rotor speed");
 }
 
@@ -208,7 +208,7 @@ fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
     }
     assert!(least < 0.61 && largest > 1.99, "{least} {largest}");
     folder.ok("plot two.h5 --only special-points -o plane.svg");
-    let svg = std::fs::read_to_string(folder.path("plane.svg")).unwrap();
+    let svg = folder.text("plane.svg");
     says(&svg, "stator damping & N s/m");
 }
 
@@ -217,7 +217,7 @@ fn analytic_the_curve_of_hopf_points_is_the_closed_form() {
 fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let folder = with_branches();
     folder.ok("plot belt.h5 --html belt.html");
-    let page = std::fs::read_to_string(folder.path("belt.html")).unwrap();
+    let page = folder.text("belt.html");
     // The name of the SVG namespace is no address.
     let addresses = |text: &str| page.matches(text).count();
     let found = addresses("http://");
@@ -227,31 +227,26 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let stored = Stored::read(&folder.path("belt.h5")).unwrap();
     let points: Vec<_> = stored.branches.iter().flat_map(|branch| &branch.points).collect();
     let values: Vec<f64> = points.iter().map(|point| point.value).collect();
-    let columns = data["columns"].as_array().unwrap();
+    let columns = data["columns"].list();
     assert_eq!(columns[0]["name"], "rotor_speed");
     assert_eq!(doubles(&columns[0]["low"]), values);
     let specials: Vec<Option<Special>> = points.iter().map(|point| point.special).collect();
-    let column = &columns[data["marks"][0].as_u64().unwrap() as usize];
+    let column = &columns[data["marks"][0].whole() as usize];
     let special = |code: &f64| (!code.is_nan()).then(|| Special::ALL[*code as usize]);
     let found = doubles(&column["low"]).iter().map(special).collect::<Vec<_>>();
     assert_eq!(found, specials);
     // Every pair of neighbours of a branch is in one line, and nothing else is.
-    let as_array = data["groups"].as_array().unwrap();
-    let groups: Vec<usize> = as_array.iter().map(|one| one.as_u64().unwrap() as usize).collect();
+    let as_array = data["groups"].list();
+    let groups: Vec<usize> = as_array.iter().map(|one| one.whole() as usize).collect();
     let mut expected = Vec::new();
     for (branch, first) in stored.branches.iter().zip(groups) {
         assert_eq!(values[first], branch.points[0].value);
         expected.extend((first + 1..first + branch.points.len()).map(|k| (values[k - 1], values[k])));
     }
     let mut drawn = Vec::new();
-    for piece in data["lines"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .flat_map(|line| line["pieces"].as_array().unwrap())
-    {
-        let piece = piece.as_array().unwrap();
-        let piece: Vec<f64> = piece.iter().map(|k| values[k.as_u64().unwrap() as usize]).collect();
+    for piece in data["lines"].list().iter().flat_map(|line| line["pieces"].list()) {
+        let piece = piece.list();
+        let piece: Vec<f64> = piece.iter().map(|k| values[k.whole() as usize]).collect();
         drawn.extend(piece.windows(2).map(|pair| (pair[0], pair[1])));
     }
     let sorted = |pairs: Vec<(f64, f64)>| {
@@ -264,7 +259,7 @@ fn cli_the_page_of_branches_has_the_points_and_their_commands() {
     let command = &data["commands"][1];
     assert_eq!(codes(&data["which"])[0], 1);
     assert_eq!(command["options"][0][0], "--set rotor.speed={0}");
-    let modes = command["start"].as_str().unwrap().strip_prefix("stickslip ").unwrap();
+    let modes = command["start"].text().strip_prefix("stickslip ").unwrap();
     let speed = values[0];
     let said = folder.json(&format!("{modes} --set rotor.speed={speed:?}"));
     assert_eq!(said["title"], "Damped mass on a belt, exponential friction");

@@ -1,11 +1,12 @@
 //! `stickslip plot` with runs of two trains.
 
 use crate::common::cli::{Folder, json, says};
+use crate::common::json::*;
 
 fn svg(folder: &Folder, arguments: &[&str]) -> String {
     let drawn: Vec<&str> = [arguments, &["-q", "-o", "figure.svg", "--force"]].concat();
     folder.ok(&[&["plot"][..], &drawn].concat());
-    std::fs::read_to_string(folder.path("figure.svg")).unwrap()
+    folder.text("figure.svg")
 }
 
 /// The figures in --list are those that the run has, and all of them can be drawn.
@@ -14,7 +15,7 @@ fn cli_plot_of_trains_draws_its_figures() {
     let folder = Folder::new();
     folder.ok("run belt-leine -q");
     let listed = folder.json("plot belt-leine.h5 --list");
-    let values = listed.as_array().unwrap().iter().map(|e| e["figure"].as_str().unwrap());
+    let values = listed.list().iter().map(|e| e["figure"].text());
     let names: Vec<&str> = values.collect();
     let expected = [
         "friction-law",
@@ -31,15 +32,14 @@ fn cli_plot_of_trains_draws_its_figures() {
     ];
     assert_eq!(names, expected);
     assert_eq!(listed[5]["title"], "First sticks: relative velocity and forces");
-    let (document, stderr) = folder.ends("plot belt-leine.h5 --format svg --json", 0);
-    assert_eq!(stderr, "");
+    let document = folder.clean("plot belt-leine.h5 --format svg --json");
     let document = json(&document);
     assert_eq!(document["not_drawn"], serde_json::json!([]));
-    let files = document["files"].as_array().unwrap();
+    let files = document["files"].list();
     assert_eq!(files.len(), names.len());
     for file in files {
-        let text = std::fs::read_to_string(folder.path(file["file"].as_str().unwrap())).unwrap();
-        let name = file["figure"].as_str().unwrap();
+        let text = folder.text(file["file"].text());
+        let name = file["figure"].text();
         // Names of figures are the same for every run.
         let words = text.replace(name, "").to_lowercase();
         assert!(!words.contains("rad") && !words.contains("torque"), "{name}");
@@ -121,12 +121,12 @@ fn cli_plot_of_trains_makes_a_page() {
     folder.ok("run clutch -q");
     let (stdout, stderr) = folder.ends("plot clutch.h5 --html page.html", 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("page.html\n", ""));
-    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    let page = folder.text("page.html");
     assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
     folder.ok("certify clutch.h5 -q");
     let document = folder.json("plot clutch.certified.h5 --html page.html --force");
     assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
-    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    let page = folder.text("page.html");
     assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");
 }
 
@@ -209,10 +209,10 @@ fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
     // With a stiffer spring a cycle is shorter by some hundredths of a second, and the errors of eight cycles add up.
     folder.ok("run belt-leine -q -o mine.h5 --set stator.stiffness=1.003");
     let compared = &folder.json("compare belt-leine.h5 mine.h5")["comparisons"][0];
-    let events = compared["event_errors"]["events"].as_array().unwrap();
-    let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
+    let events = compared["event_errors"]["events"].list();
+    let error = |event: &serde_json::Value| event["error"].number().abs();
     // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale of the comparison.
-    let scale = compared["time_scale"]["period"].as_f64().unwrap();
+    let scale = compared["time_scale"]["period"].number();
     let wrong = events.iter().find(|event| error(event) > 0.01 * scale).unwrap();
     assert!(wrong["position"] != events.last().unwrap()["position"] && error(wrong) < error(events.last().unwrap()));
     let drawn = [
@@ -236,7 +236,7 @@ fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
     let title = format!(
         "First wrong event: event {}, a {}",
         wrong["position"],
-        wrong["kind"].as_str().unwrap()
+        wrong["kind"].text()
     );
     assert!(text.contains(&title), "{title}");
     assert!(figures("largest-error").is_none());

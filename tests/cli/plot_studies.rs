@@ -1,6 +1,7 @@
 //! `stickslip plot` with files of many runs, and with certified files: the drawings show the values of the file.
 
-use crate::common::cli::{Folder, json, says};
+use crate::common::cli::{Folder, says};
+use crate::common::json::*;
 use crate::common::page::{document, doubles};
 
 use std::collections::BTreeMap;
@@ -43,10 +44,15 @@ fn cli_titles_of_studies_have_short_numbers() {
 /// Runs the study with the base case from a lower speed.
 fn with_map(folder: &Folder, study: &str) -> StudyFile {
     let case = folder.ok("case paper");
-    let lines = case
-        .lines()
-        .map(|line| if line.starts_with("speed") { "speed = 3" } else { line });
-    folder.write("base.toml", lines.collect::<Vec<_>>().join("\n"));
+    let line = |line| {
+        if str::starts_with(line, "speed") {
+            "speed = 3"
+        } else {
+            line
+        }
+    };
+    let lines: Vec<&str> = case.lines().map(line).collect();
+    folder.write("base.toml", lines.join("\n"));
     folder.write("map.toml", study);
     folder.ok("sweep map.toml -q -j 1");
     folder.sweep_file("map.h5")
@@ -55,27 +61,15 @@ fn with_map(folder: &Folder, study: &str) -> StudyFile {
 type Rectangle = (f64, f64, f64, f64, String);
 
 fn rectangles(svg: &str) -> Vec<Rectangle> {
-    let rectangles = svg.split("<rect ").skip(1);
-    rectangles
-        .map(|rest| {
-            let part = |name: &str| {
-                rest.split(&format!("{name}=\""))
-                    .nth(1)
-                    .unwrap()
-                    .split('"')
-                    .next()
-                    .unwrap()
-            };
-            let number = |name: &str| part(name).parse::<f64>().unwrap();
-            (
-                number("x"),
-                number("y"),
-                number("width"),
-                number("height"),
-                part("fill").to_owned(),
-            )
-        })
-        .collect()
+    let rectangle = |rest: &str| {
+        let part = |name: &str| {
+            let value = rest.split_once(&format!("{name}=\"")).unwrap().1;
+            value.split_once('"').unwrap().0.to_owned()
+        };
+        let [x, y, width, height] = ["x", "y", "width", "height"].map(|name| part(name).parse().unwrap());
+        (x, y, width, height, part("fill"))
+    };
+    svg.split("<rect ").skip(1).map(rectangle).collect()
 }
 
 fn hex(RGBColor(r, g, b): RGBColor) -> String {
@@ -98,9 +92,8 @@ fn cli_a_map_has_the_values_of_the_file() {
         title.ends_with(", the quantity that tells most points apart"),
         "{title}"
     );
-    let of_sticks = ["plot", "map.h5", "-o", "map.svg", "--json", "--quantity", "stick_count"];
-    let stdout = folder.ok(&of_sticks);
-    assert_eq!(json(&stdout)["files"][0]["figure"], "map-stick_count");
+    let of_sticks = folder.json("plot map.h5 -o map.svg --quantity stick_count");
+    assert_eq!(of_sticks["files"][0]["figure"], "map-stick_count");
     let choice = Choice {
         quantities: vec!["stick_count".to_owned()],
         ..Choice::default()
@@ -114,10 +107,8 @@ fn cli_a_map_has_the_values_of_the_file() {
         panic!("one panel")
     };
     let map = panel.map.as_ref().unwrap();
-    let (counts, frictions) = (
-        file.numbers("stick_count").unwrap(),
-        file.numbers("friction_low_speed").unwrap(),
-    );
+    let counts = file.numbers("stick_count").unwrap();
+    let frictions = file.numbers("friction_low_speed").unwrap();
     assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
     assert_eq!(frictions, [0.6, 0.45, 0.5]);
     assert_eq!((map.x_edges.len(), map.y_edges.len()), (8, 4));
@@ -139,7 +130,7 @@ fn cli_a_map_has_the_values_of_the_file() {
     let least = counts.iter().copied().fold(f64::INFINITY, f64::min);
     assert_eq!((low, high), (least, counts.iter().copied().fold(0.0, f64::max)));
     // The picture. The colour bar has 256 steps, all of which are lower than the map.
-    let svg = std::fs::read_to_string(folder.path("map.svg")).unwrap();
+    let svg = folder.text("map.svg");
     let all = rectangles(&svg);
     let bar = all.iter().filter(|r| r.3 < 250.0 && r.3 > 150.0).count();
     assert!(bar >= 256, "{bar}");
@@ -147,11 +138,8 @@ fn cli_a_map_has_the_values_of_the_file() {
     let cells: Vec<_> = kept.collect();
     let edge = |part: &dyn Fn(&Rectangle) -> f64, least: bool| {
         let values = cells.iter().map(|r| part(r));
-        if least {
-            values.fold(f64::INFINITY, f64::min)
-        } else {
-            values.fold(0.0, f64::max)
-        }
+        let start = if least { f64::INFINITY } else { 0.0 };
+        values.fold(start, if least { f64::min } else { f64::max })
     };
     let (left, right) = (edge(&|r| r.0, true), edge(&|r| r.0 + r.2, false));
     let (top, bottom) = (edge(&|r| r.1, true), edge(&|r| r.1 + r.3, false));
@@ -168,11 +156,8 @@ fn cli_a_map_has_the_values_of_the_file() {
                 panic!("no value")
             };
             let step = ((value - low) / (high - low) * 256.0).floor().min(255.0);
-            assert_eq!(
-                *drawn,
-                hex(style::shade((step + 0.5) / 256.0)),
-                "{row} {column}: {value}"
-            );
+            let shade = hex(style::shade((step + 0.5) / 256.0));
+            assert_eq!(*drawn, shade, "{row} {column}: {value}");
         }
     }
 }
@@ -183,16 +168,11 @@ fn cli_a_map_shows_what_has_no_value() {
     let folder = Folder::new();
     // Cases with a breakaway below the high-speed coefficient are invalid. Without a second stick there is no period.
     let study = MAP.replace("[0.6, 0.45, 0.5]", "[0.6, 0.1, 0.31]");
-    let file = with_map(
-        &folder,
-        &study.replace(
-            "key = [\"friction.low_speed\", \"friction.breakaway\"]",
-            "key = \"friction.breakaway\"",
-        ),
-    );
+    let both = "key = [\"friction.low_speed\", \"friction.breakaway\"]";
+    let file = with_map(&folder, &study.replace(both, "key = \"friction.breakaway\""));
     assert!(!file.failures().unwrap().is_empty());
     folder.ok("plot map.h5 --quantity first_period -o map.svg");
-    let svg = std::fs::read_to_string(folder.path("map.svg")).unwrap();
+    let svg = folder.text("map.svg");
     assert!(svg.contains("failed"), "the legend names what is crossed out");
     let data = StudyData::read(&file).unwrap();
     let failed = data.status.iter().filter(|status| **status == 1.0).count();
@@ -205,40 +185,32 @@ fn cli_a_map_shows_what_has_no_value() {
 #[test]
 fn cli_the_command_of_a_point_runs_it() {
     let folder = Folder::new();
-    let study = MAP.replace(
-        "key = \"torsion.damping\", values = [22.606]",
-        "key = \"solver.method\", values = [\"series\", \"auto\"]",
-    );
+    let dampings = "key = \"torsion.damping\", values = [22.606]";
+    let study = MAP.replace(dampings, "key = \"solver.method\", values = [\"series\", \"auto\"]");
     let study = study.replace("solver.method = \"series\"", "title = \"it's \\\"quoted\\\"\"");
     let file = with_map(&folder, &study);
     folder.ok("plot map.h5 --html map.html");
-    let page = std::fs::read_to_string(folder.path("map.html")).unwrap();
+    let page = folder.text("map.html");
     let data = document(&page);
     // Parameters are exact; results have the digits of the tolerance, 1e-8.
     let digits = |name: &str| {
-        let columns = data["columns"].as_array().unwrap();
-        columns.iter().find(|column| column["name"] == name).unwrap()["digits"].clone()
+        let columns = data["columns"].list();
+        columns.with("name", name)["digits"].clone()
     };
     let found = (digits("friction_decay"), digits("onset_time"));
     assert_eq!(found, (serde_json::Value::Null, 8.into()));
-    let command = data["commands"][0]["start"].as_str().unwrap();
+    let command = data["commands"][0]["start"].text();
     assert!(command.starts_with("stickslip run base.toml --set "), "{command}");
     assert!(!command.contains("rtol"), "the method is an axis: {command}");
-    let path = format!(
-        "{}:{}",
-        Path::new(env!("CARGO_BIN_EXE_stickslip")).parent().unwrap().display(),
-        std::env::var("PATH").unwrap()
-    );
-    let (counts, onsets) = (
-        file.numbers("stick_count").unwrap(),
-        file.numbers("onset_time").unwrap(),
-    );
+    let own = Path::new(env!("CARGO_BIN_EXE_stickslip")).parent().unwrap();
+    let path = format!("{}:{}", own.display(), std::env::var("PATH").unwrap());
+    let [counts, onsets] = ["stick_count", "onset_time"].map(|name| file.numbers(name).unwrap());
     for point in [0, 9, 22, counts.len() - 1] {
         let mut whole = command.to_owned();
-        let options = data["commands"][0]["options"].as_array().unwrap();
+        let options = data["commands"][0]["options"].list();
         // The last one names the file, which is another one here.
         for option in &options[..options.len() - 1] {
-            let text = option[0].as_str().unwrap();
+            let text = option[0].text();
             let Some((key, column)) = text.strip_suffix('}').and_then(|text| text.split_once('{')) else {
                 let expected = serde_json::json!([2, [0, 1]]);
                 assert_eq!(option[1], expected, "the tolerance of the methods of the axis");
@@ -247,31 +219,28 @@ fn cli_the_command_of_a_point_runs_it() {
             };
             let column = &data["columns"][column.parse::<usize>().unwrap()];
             let value = doubles(&column["low"])[point];
-            let words = column["words"].as_array().unwrap();
+            let words = column["words"].list();
             let value = match words.iter().find(|word| word[0] == value as i64) {
-                Some(word) => format!("\"{}\"", word[1].as_str().unwrap()),
+                Some(word) => format!("\"{}\"", word[1].text()),
                 None => value.to_string(),
             };
             whole += &format!(" --set '{}{value}'", key.strip_prefix("--set ").unwrap());
         }
         whole += " -q --no-witness --force -o point.h5";
-        let status = std::process::Command::new("sh")
+        let mut shell = std::process::Command::new("sh");
+        shell
             .args(["-c", &whole])
             .current_dir(folder.path(""))
-            .env("PATH", &path)
-            .status()
-            .unwrap();
-        assert!(status.success(), "{whole}");
+            .env("PATH", &path);
+        assert!(shell.status().unwrap().success(), "{whole}");
         let run = ResultFile::open(&folder.path("point.h5")).unwrap();
         let table = run.stick_slip().unwrap().unwrap();
         assert_eq!(table.value("stick_count"), Some(counts[point]), "{whole}");
         let onset = table.value("onset_time").unwrap_or(f64::NAN);
         // Samples are no ends of steps in any engine, so that the steps and therefore the times are the same.
-        assert!(
-            (onset - onsets[point]).abs() <= 1e-13 || onset.is_nan() && onsets[point].is_nan(),
-            "{onset} {} by {whole}",
-            onsets[point]
-        );
+        let expected = onsets[point];
+        let same = (onset - expected).abs() <= 1e-13 || onset.is_nan() && expected.is_nan();
+        assert!(same, "{onset} {expected} by {whole}");
     }
 }
 
@@ -283,52 +252,27 @@ fn cli_more_axes_are_panels_or_held() {
     let study = MAP.replace("values = [22.606]", "values = [18, 20, 22]");
     with_map(&folder, &study);
     folder.ok("plot map.h5 -o all.svg");
-    let svg = std::fs::read_to_string(folder.path("all.svg")).unwrap();
+    let svg = folder.text("all.svg");
     says(&svg, &[" = 18 N", " = 20 N", " = 22 N"]);
-    let held = ["plot", "map.h5", "--at", "torsion.damping=20", "-o", "held.svg"];
-    folder.ok(&held);
-    let svg = std::fs::read_to_string(folder.path("held.svg")).unwrap();
+    folder.ok("plot map.h5 --at torsion.damping=20 -o held.svg");
+    let svg = folder.text("held.svg");
     assert!(svg.contains(" = 20 N") && !svg.contains(" = 18 N"));
-    let line = ["--at", "torsion.damping=20", "--at", "friction.low_speed=0.5"];
-    let stdout = folder.ok(&[
-        &["plot", "map.h5", "-o", "line.svg", "--quantity", "onset_time", "--json"],
-        &line[..],
-    ]
-    .concat());
-    assert_eq!(json(&stdout)["files"][0]["figure"], "curves-onset_time");
-    let axes = [
-        "plot",
-        "map.h5",
-        "--axes",
-        "torsion.damping",
-        "friction_decay",
-        "-o",
-        "axes.svg",
-    ];
-    folder.ok(&axes);
-    let cases: [(&[&str], &[&str]); 9] = [
-        (
-            &["--quantity", "stick_cont"],
-            &["no quantity \"stick_cont\"", "stick_count"],
-        ),
-        (
-            &["--at", "torsion.damping=21"],
-            &["no point has torsion.damping=21", "18"],
-        ),
-        (&["--at", "torsion.damping"], &["AXIS=VALUE"]),
-        (&["--at", "torsion.damping=inf"], &["no point has torsion.damping=inf"]),
-        (
-            &["--axes", "friction.decay", "nonsense"],
-            &["no axis \"nonsense\"", "torsion.damping"],
-        ),
-        (&["--axes", "friction.decay", "friction.decay"], &["name two axes"]),
-        (&["--only", "curves"], &["no figure curves", "map-onset_time"]),
-        (&["--channel", "theta"], &["no channels", "--quantity"]),
-        (&["map.h5"], &["drawn by itself"]),
-    ];
-    for (arguments, words) in cases {
-        folder.refused(&[&["plot", "map.h5"], arguments].concat(), words);
-    }
+    let line = "plot map.h5 -o line.svg --quantity onset_time --at torsion.damping=20 --at friction.low_speed=0.5";
+    assert_eq!(folder.json(line)["files"][0]["figure"], "curves-onset_time");
+    folder.ok("plot map.h5 --axes torsion.damping friction_decay -o axes.svg");
+    folder.refuses(
+        r#"
+        plot map.h5 --quantity stick_cont                | no quantity "stick_cont" & stick_count
+        plot map.h5 --at torsion.damping=21              | no point has torsion.damping=21 & 18
+        plot map.h5 --at torsion.damping                 | AXIS=VALUE
+        plot map.h5 --at torsion.damping=inf             | no point has torsion.damping=inf
+        plot map.h5 --axes friction.decay nonsense       | no axis "nonsense" & torsion.damping
+        plot map.h5 --axes friction.decay friction.decay | name two axes
+        plot map.h5 --only curves                        | no figure curves & map-onset_time
+        plot map.h5 --channel theta                      | no channels & --quantity
+        plot map.h5 map.h5                               | drawn by itself
+    "#,
+    );
 }
 
 const ENSEMBLE: &str = r#"
@@ -352,31 +296,26 @@ fn cli_a_sample_has_its_distribution() {
     onsets.sort_by(f64::total_cmp);
     assert!(onsets.iter().all(|time| time.is_finite()), "{onsets:?}");
     let document = folder.json("plot map.h5");
-    let as_array = document["files"].as_array().unwrap();
-    let names: Vec<&str> = as_array.iter().map(|f| f["figure"].as_str().unwrap()).collect();
-    assert!(names.contains(&"samples-onset_time"), "{names:?}");
-    assert!(names.contains(&"plane-onset_time"), "{names:?}");
+    for name in ["samples-onset_time", "plane-onset_time"] {
+        document["files"].with("figure", name);
+    }
     let own = &document["distributions"][0];
     let found = (&own["quantity"], &own["count"], &own["without"]);
     assert_eq!(found, (&"onset_time".into(), &64.into(), &0.into()));
-    let close = |value: &serde_json::Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 1e-14;
+    let close = |value: &serde_json::Value, expected: f64| (value.number() / expected - 1.0).abs() < 1e-14;
     // The median of 64 values is the mean of the two in the middle.
-    assert!(
-        close(&own["percentiles"]["50"], 0.5 * (onsets[31] + onsets[32])),
-        "{own}"
-    );
-    assert!(
-        close(&own["percentiles"]["25"], onsets[15] + 0.75 * (onsets[16] - onsets[15])),
-        "{own}"
-    );
-    assert!(close(&own["least"], onsets[0]) && close(&own["largest"], onsets[63]));
-    let bars = own["bars"].as_array().unwrap();
-    for bar in bars {
-        let (from, to) = (bar[0].as_f64().unwrap(), bar[1].as_f64().unwrap());
-        let inside = onsets.iter().filter(|time| (from..to).contains(time)).count() as u64;
-        assert!(bar[2].as_u64().unwrap().abs_diff(inside) <= 1, "{bar}: {inside}");
+    let quarter = onsets[15] + 0.75 * (onsets[16] - onsets[15]);
+    for (percentile, value) in [("50", 0.5 * (onsets[31] + onsets[32])), ("25", quarter)] {
+        assert!(close(&own["percentiles"][percentile], value), "{own}");
     }
-    assert_eq!(bars.iter().map(|bar| bar[2].as_u64().unwrap()).sum::<u64>(), 64);
+    assert!(close(&own["least"], onsets[0]) && close(&own["largest"], onsets[63]));
+    let bars = own["bars"].list();
+    for bar in bars {
+        let (from, to) = (bar[0].number(), bar[1].number());
+        let inside = onsets.iter().filter(|time| (from..to).contains(time)).count() as u64;
+        assert!(bar[2].whole().abs_diff(inside) <= 1, "{bar}: {inside}");
+    }
+    assert_eq!(bars.iter().map(|bar| bar[2].whole()).sum::<u64>(), 64);
     let text = folder.ok("plot map.h5 -v");
     let report = folder.ok("sweep map.toml -j 1 -v");
     for said in [&text, &report] {
@@ -396,26 +335,19 @@ fn cli_a_calibration_has_its_region() {
     folder.ok("calibrate two.toml -q -j 1");
     assert_eq!(folder.json("plot two.h5 -o two.svg")["files"][0]["figure"], "region");
     let file = folder.sweep_file("two.h5");
-    let periods = file.numbers("natural_period").unwrap();
-    let places: Vec<(f64, f64)> = file
-        .numbers("torsion_surface_inertia")
-        .unwrap()
+    let numbers = |name: &str| file.numbers(name).unwrap();
+    let places = numbers("torsion_surface_inertia")
         .into_iter()
-        .zip(file.numbers("torsion_stiffness").unwrap())
-        .collect();
-    let held: Vec<(f64, f64)> = places
-        .iter()
-        .zip(&periods)
-        .filter(|(_, period)| ((*period - 0.00024) / 0.000005).abs() <= 1.0)
-        .map(|(place, _)| *place)
-        .collect();
+        .zip(numbers("torsion_stiffness"));
+    let holds = |period: &f64| ((period - 0.00024) / 0.000005).abs() <= 1.0;
+    let held = places
+        .zip(numbers("natural_period"))
+        .filter(|(_, period)| holds(period));
+    let held: Vec<(f64, f64)> = held.map(|(place, _)| place).collect();
     let figures = studies::figures(&file, &Choice::default()).unwrap();
     let curve = |name: &str| {
-        figures[0].panels[0]
-            .curves
-            .iter()
-            .find(|curve| curve.label == name)
-            .unwrap()
+        let mut curves = figures[0].panels[0].curves.iter();
+        curves.find(|curve| curve.label == name).unwrap()
     };
     let drawn: Vec<(f64, f64)> = curve("all held targets hold").points().collect();
     assert!(held.len() > 50, "{}", held.len());
@@ -426,25 +358,18 @@ fn cli_a_calibration_has_its_region() {
     assert_eq!(found, [(optimum[0], optimum[1])]);
     // The page opens on the region, with the groups of the figure, and marks the optimum.
     folder.ok("plot two.h5 --html two.html");
-    let page = document(&std::fs::read_to_string(folder.path("two.html")).unwrap());
-    let first = &page["columns"][page["first"][2].as_u64().unwrap() as usize];
+    let page = document(&folder.text("two.html"));
+    let first = &page["columns"][page["first"][2].whole() as usize];
     assert_eq!(first["name"], "held_targets");
-    let labels: Vec<&str> = (0..3).map(|code| first["words"][code][1].as_str().unwrap()).collect();
+    let labels: Vec<&str> = (0..3).map(|code| first["words"][code][1].text()).collect();
     let drawn: Vec<usize> = labels.iter().map(|label| curve(label).points().count()).collect();
     let groups = doubles(&first["low"]);
     let count = |code: f64| groups.iter().filter(|group| **group == code).count();
     assert_eq!([0.0, 1.0, 2.0].map(count).to_vec(), drawn);
     assert_eq!(drawn[0], held.len());
     assert_eq!(first["colours"], serde_json::json!(["blue", "orange", "grey"]));
-    let residuals = page["columns"].as_array().unwrap();
-    let residuals = residuals
-        .iter()
-        .find(|column| column["name"] == "largest_residual")
-        .unwrap();
-    let inside = doubles(&residuals["low"])
-        .into_iter()
-        .filter(|residual| *residual <= 1.0);
-    assert_eq!(inside.count(), held.len());
+    let residuals = doubles(&page["columns"].with("name", "largest_residual")["low"]);
+    assert_eq!(residuals.into_iter().filter(|one| *one <= 1.0).count(), held.len());
     assert_eq!(page["overlays"][0]["region"], true);
     let marked = &page["overlays"][0]["curves"][0];
     assert_eq!(marked["pieces"], serde_json::json!([[[optimum[0], optimum[1]]]]));
@@ -462,10 +387,8 @@ fn cli_a_work_precision_file_is_drawn_without_a_run() {
     folder.write("small.toml", study);
     let arguments = ["work-precision", "small.toml", "--figure", "ran", "-q"];
     folder.ok(&arguments);
-    assert_eq!(
-        folder.json("plot small.h5 -o read")["files"][0]["figure"],
-        "work-precision"
-    );
+    let read = folder.json("plot small.h5 -o read");
+    assert_eq!(read["files"][0]["figure"], "work-precision");
     for name in ["small-work-precision.svg", "small-work-precision.png"] {
         let read = |place: &str| std::fs::read(folder.path(place).join(name)).unwrap();
         assert!(read("ran") == read("read"), "{name}");
@@ -479,14 +402,10 @@ fn cli_a_certified_file_has_its_uncertainties() {
     let folder = Folder::new();
     folder.ok("certify belt-coulomb -q");
     let name = "belt-coulomb.certified.h5";
-    let names: Vec<String> = folder.json(&["plot", name])["files"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|file| file["figure"].as_str().unwrap().to_owned())
-        .collect();
-    assert!(names.iter().any(|name| name == "event-uncertainties"), "{names:?}");
-    assert!(names.iter().any(|name| name == "error-bands"), "{names:?}");
+    let document = folder.json(&["plot", name]);
+    for figure in ["event-uncertainties", "error-bands"] {
+        document["files"].with("figure", figure);
+    }
     let runs = [stickslip::plot::DrawnRun::open(&folder.path(name)).unwrap()];
     let subject = stickslip::plot::entry::Subject::new(&runs).unwrap();
     let entry = stickslip::plot::catalogue::find("event-uncertainties").unwrap();
@@ -495,25 +414,17 @@ fn cli_a_certified_file_has_its_uncertainties() {
     let curves = || figure.panels[0].curves.iter();
     let drawn = |label: &str| -> BTreeMap<usize, f64> {
         let named = curves().filter(|curve| curve.label == label);
-        named
-            .flat_map(|curve| curve.points())
-            .map(|(k, value)| (k as usize, value))
-            .collect()
+        let points = named.flat_map(|curve| curve.points());
+        points.map(|(k, value)| (k as usize, value)).collect()
     };
     let stored = folder.result(name).event_column("time_uncertainty").unwrap();
     let (above, below) = (drawn("uncertainty = true error"), drawn("below 10⁻¹⁶ s"));
-    assert_eq!(
-        above.len() + below.len(),
-        stored.iter().filter(|value| value.is_finite()).count()
-    );
-    assert!(
-        above.iter().all(|(k, value)| *value == stored[*k] && *value >= 1e-16),
-        "{above:?}"
-    );
-    assert!(
-        below.keys().all(|k| stored[*k] < 1e-16 && !above.contains_key(k)),
-        "{below:?}"
-    );
+    let finite = stored.iter().filter(|value| value.is_finite()).count();
+    assert_eq!(above.len() + below.len(), finite);
+    let fits = |(k, value): (&usize, &f64)| *value == stored[*k] && *value >= 1e-16;
+    assert!(above.iter().all(fits), "{above:?}");
+    let is_small = |k: &usize| stored[*k] < 1e-16 && !above.contains_key(k);
+    assert!(below.keys().all(is_small), "{below:?}");
     assert!(curves().all(|curve| curve.label != "true error, by the exact solver"));
     folder.ok("run belt-coulomb -q --no-witness");
     folder.refused("plot belt-coulomb.h5 --only event-uncertainties", "stickslip certify");
@@ -534,19 +445,13 @@ fn cli_other_files_say_what_can_be_drawn() {
 fn cli_case_lists_studies_and_prints_them() {
     let folder = Folder::new();
     let listed = folder.json("case --list");
-    let command = |name: &str| {
-        let mut entries = listed.as_array().unwrap().iter();
-        entries
-            .find(|entry| entry["name"] == name)
-            .map(|entry| entry["command"].clone())
-    };
     for (name, takes) in [
         ("paper", "run"),
         ("critical-curve", "sweep"),
         ("paper-decay", "calibrate"),
         ("work-precision", "work-precision"),
     ] {
-        assert_eq!(command(name), Some(takes.into()), "{name}");
+        assert_eq!(listed.with("name", name)["command"], takes, "{name}");
         let text = folder.ok(&["case", name]);
         assert!(text.contains("title ="), "{name}: {text}");
     }
@@ -555,12 +460,9 @@ fn cli_case_lists_studies_and_prints_them() {
 #[test]
 fn cli_the_default_quantity_is_what_the_study_asks_for() {
     let folder = Folder::new();
-    let small =
-        "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [10, 20]\n";
-    folder.write(
-        "map.toml",
-        format!("show = [\"growth_exponent\", \"onset_time\"]\n{small}"),
-    );
+    let small = "case = \"paper\"\nset = { output.end_time = 0.01 }\naxis = [{ key = \"torsion.damping\", values = [10, 20] }]\n";
+    let show = "show = [\"growth_exponent\", \"onset_time\"]";
+    folder.write("map.toml", format!("{show}\n{small}"));
     folder.ok("sweep map.toml -q");
     let document = folder.json("plot map.h5 -o f --format svg");
     assert_eq!(document["files"][0]["figure"], "curves-growth_exponent");

@@ -2,6 +2,7 @@
 //!
 //! `STICKSLIP_WRITE=1 cargo test --release --test cli reference_pages::` writes them again.
 
+use crate::common::json::*;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -123,14 +124,13 @@ fn regression_the_page_of_commands_is_the_help_of_the_program() {
 #[test]
 fn regression_the_page_of_keys_is_the_schema_of_cases_and_studies() {
     let listed = Folder::new().json("case --keys");
-    let listed = listed.as_array().unwrap();
+    let listed = listed.list();
     let text = |key: &Value, name: &str| key[name].as_str().unwrap_or_default().to_owned();
     let takes = |key: &Value| {
         let words: Vec<String> = key["words"]
-            .as_array()
-            .unwrap()
+            .list()
             .iter()
-            .map(|word| format!("`{}`", word.as_str().unwrap()))
+            .map(|word| format!("`{}`", word.text()))
             .collect();
         if !words.is_empty() {
             return words.join(", ");
@@ -160,7 +160,7 @@ fn regression_the_page_of_keys_is_the_schema_of_cases_and_studies() {
         // Both trains have the same keys, and the law of trains has one word more.
         let is_listed = |key: &&Value| {
             let is_brakes_law = key["key"] == "friction.law" && key["of"] == "cases with [torsion]";
-            is_of(key["of"].as_str().unwrap()) && table_of(key) != "stator" && !is_brakes_law
+            is_of(key["of"].text()) && table_of(key) != "stator" && !is_brakes_law
         };
         let own: Vec<&Value> = listed.iter().filter(is_listed).collect();
         let mut tables: Vec<(String, String)> = Vec::new();
@@ -219,12 +219,7 @@ fn cli_case_keys_lists_what_contains_a_word() {
     let folder = Folder::new();
     let keys = |arguments: &str| -> Vec<String> {
         let listed = folder.json(arguments);
-        listed
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|key| key["key"].as_str().unwrap().to_owned())
-            .collect()
+        listed.list().iter().map(|key| key["key"].text().to_owned()).collect()
     };
     let all = keys("case --keys");
     for key in [
@@ -272,12 +267,12 @@ impl Listing {
     /// Rows of the variables of a group: name, unit, meaning with the type and the codes.
     fn variables(&self, group: &str, is_listed: impl Fn(&str) -> bool) -> Vec<Vec<String>> {
         let text = |variable: &Value, name: &str| variable[name].as_str().unwrap_or_default().to_owned();
-        let all = self.0["variables"].as_array().unwrap().iter();
+        let all = self.0["variables"].list().iter();
         let own = all.filter(|one| one["group"] == group && is_listed(&text(one, "name")));
         own.map(|one| {
-            let flags = one["flags"].as_array().unwrap().iter();
+            let flags = one["flags"].list().iter();
             let codes: Vec<String> = flags
-                .map(|flag| format!("{} {}", flag["value"], flag["meaning"].as_str().unwrap()))
+                .map(|flag| format!("{} {}", flag["value"], flag["meaning"].text()))
                 .collect();
             let mut meaning = text(one, "long_name");
             if !codes.is_empty() {
@@ -293,7 +288,7 @@ impl Listing {
 
     /// Rows of the attributes of a group that have a description.
     fn attributes(&self, group: &str, is_listed: impl Fn(&str) -> bool) -> Vec<Vec<String>> {
-        let all = self.0["attributes"].as_array().unwrap();
+        let all = self.0["attributes"].list();
         let value = |name: String| {
             let found = all
                 .iter()
@@ -303,7 +298,7 @@ impl Listing {
         let names = all
             .iter()
             .filter(|one| one["group"] == group)
-            .map(|one| one["name"].as_str().unwrap());
+            .map(|one| one["name"].text());
         names
             .filter(|name| is_listed(name))
             .filter_map(|name| {
@@ -391,18 +386,12 @@ fn regression_the_page_of_columns_is_what_files_have() {
     }
     let one_channel = |name: &str| !name.starts_with("band_") && !name.starts_with("rate_");
     let mut certificate = belt.variables("/certificate", one_channel);
-    for (name, unit, meaning) in [
-        (
-            "`band_NAME`",
-            "as NAME",
-            "how far channel NAME can be from the exact solution at equal phase",
-        ),
-        (
-            "`rate_NAME`",
-            "as NAME, per s",
-            "largest rate of change of the channel in the stretch",
-        ),
-    ] {
+    for [name, unit, meaning] in crate::common::rows(
+        "
+        `band_NAME` | as NAME        | how far channel NAME can be from the exact solution at equal phase
+        `rate_NAME` | as NAME, per s | largest rate of change of the channel in the stretch
+    ",
+    ) {
         certificate.push([name, unit, meaning].map(str::to_owned).to_vec());
     }
     let state = |name: &str| name.ends_with("_before") || name.ends_with("_after") && name != "mode_after";

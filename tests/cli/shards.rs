@@ -2,6 +2,7 @@
 //! and shards that do not make a whole study are refused.
 
 use crate::common::cli::{Folder, json, output, refusal, says, send};
+use crate::common::json::*;
 use crate::common::unlocked;
 use crate::sweep::QUICK;
 
@@ -89,7 +90,7 @@ fn property_shards_of_any_number_make_the_bytes_of_one_machine() {
             let (stdout, _) = output(&mut merge(&folder, &names, &["-o", &merged, "--json"]), 0);
             let report = json(&stdout);
             assert_eq!((&report["points"], &report["shards"]), (&points.into(), &count.into()));
-            let found = report["failed"].as_u64().unwrap() > 0;
+            let found = report["failed"].whole() > 0;
             assert_eq!(found, fail, "{study} has points that fail");
             assert!(folder.read(&one) == folder.read(&merged), "{study} in {count} shards");
         }
@@ -104,50 +105,40 @@ fn cli_shards_that_make_no_whole_are_refused() {
     let three = shards(&folder, "map", 3);
     let two = shards(&folder, "map", 2);
     let other = shards(&folder, "other", 3);
-    let refused = |names: &[&String], words: &[&str]| {
-        let names: Vec<String> = names.iter().map(|name| (*name).clone()).collect();
+    let refused = |names: &[&str], words: &str| {
+        let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
         let stderr = refusal(&mut merge(&folder, &names, &["-o", "no.h5"]));
         says(&stderr, words);
         assert!(!folder.path("no.h5").exists());
     };
-    refused(&[&three[0], &three[2]], &["shard 2 of 3 is missing", "--shard"]);
-    refused(&[&three[1]], &["shards 1 and 3 of 3 are missing"]);
-    refused(
-        &[&three[0], &three[1], &other[2]],
-        &["different studies", &three[0], &other[2]],
-    );
-    refused(
-        &[&three[0], &three[1], &three[2], &three[1]],
-        &["are both shard 2 of 3"],
-    );
-    refused(&[&three[0], &two[1]], &["one of 3 shards", "one of 2"]);
+    let [first, second, third] = [0, 1, 2].map(|place| three[place].as_str());
+    refused(&[first, third], "shard 2 of 3 is missing & --shard");
+    refused(&[second], "shards 1 and 3 of 3 are missing");
+    let words = format!("different studies & {first} & {}", other[2]);
+    refused(&[first, second, &other[2]], &words);
+    refused(&[first, second, third, second], "are both shard 2 of 3");
+    refused(&[first, &two[1]], "one of 3 shards & one of 2");
     // As another build of the program would have written it.
     std::fs::copy(folder.path(&three[2]), folder.path("built.h5")).unwrap();
     {
         let file = unlocked::open_rw(folder.path("built.h5")).unwrap();
         let meta = file.group("meta").unwrap();
         meta.delete_attr("program_commit").unwrap();
-        let commit = meta
-            .new_attr::<hdf5::types::VarLenUnicode>()
-            .create("program_commit")
-            .unwrap();
-        commit
-            .write_scalar(&"another".parse::<hdf5::types::VarLenUnicode>().unwrap())
-            .unwrap();
+        let commit = meta.new_attr::<hdf5::types::VarLenUnicode>().create("program_commit");
+        let another: hdf5::types::VarLenUnicode = "another".parse().unwrap();
+        commit.unwrap().write_scalar(&another).unwrap();
     }
-    refused(
-        &[&three[0], &three[1], &"built.h5".to_owned()],
-        &["different builds of the program", "program_commit", "another"],
-    );
+    let words = "different builds of the program & program_commit & another";
+    refused(&[first, second, "built.h5"], words);
     let stderr = refusal(&mut merge(&folder, &three, &["-o", "no.h5", "--virtual"]));
     says(&stderr, &["--virtual is gone", "merge copies"]);
-    refused(&[&"absent.h5".to_owned()], &["absent.h5: no such file"]);
+    refused(&["absent.h5"], "absent.h5: no such file");
     refused(
-        &[&"map.toml".to_owned()],
-        &["map.toml: a study, not a result", "stickslip sweep map.toml"],
+        &["map.toml"],
+        "map.toml: a study, not a result & stickslip sweep map.toml",
     );
     folder.ok("sweep map.toml");
-    refused(&[&"map.h5".to_owned()], &["map.h5: not the file of a shard"]);
+    refused(&["map.h5"], "map.h5: not the file of a shard");
     // A shard is not a complete study, either.
     folder.refused(&["plot", &three[0]], &["not"]);
     // Existing files are kept: the output and, above all, an input.
@@ -163,8 +154,8 @@ fn cli_shards_that_make_no_whole_are_refused() {
     let partial = "map.shard-2-of-3.partial.h5";
     std::fs::rename(folder.path(&three[1]), folder.path(partial)).unwrap();
     refused(
-        &[&three[0], &three[1], &three[2]],
-        &[&three[1], "was interrupted", "--resume"],
+        &[first, second, third],
+        &format!("{second} & was interrupted & --resume"),
     );
 }
 
@@ -187,7 +178,7 @@ fn cli_an_interrupted_shard_is_incomplete_and_resumes() {
     says(&stderr, &["shard 2 of 2 is incomplete", "of its 1500 points are done"]);
     let report = folder.json("sweep map.toml --shard 2/2 --resume");
     assert_eq!(report["points"], 1500);
-    assert!(report["run_now"].as_u64().unwrap() < 1500);
+    assert!(report["run_now"].whole() < 1500);
     // The second time there is nothing left to do. Another shard under this name is refused.
     let again = ["sweep", "map.toml", "--shard", "2/2", "--resume", "--json"];
     assert_eq!(json(&folder.ok(&again))["run_now"], 0);

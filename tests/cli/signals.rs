@@ -185,8 +185,7 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
 fn waiting_comparison(folder: &Folder) -> (Child, std::fs::File) {
     crate::common::cli::output(&mut folder.short_run("-q -o run.h5"), 0);
     std::fs::create_dir(folder.path("temporary")).unwrap();
-    let made = Command::new("mkfifo").arg(folder.path("pipe.csv")).status();
-    assert!(made.unwrap().success());
+    folder.pipe("pipe.csv");
     let child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
         .current_dir(folder.path(""))
         .args(["compare", "run.h5", "pipe.csv"])

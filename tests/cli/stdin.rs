@@ -1,6 +1,7 @@
 //! A case from standard input, errors as JSON, --strict, and help.
 
 use crate::common::cli::{Folder, SHORT, json, output, refusal, says};
+use crate::common::json::*;
 
 fn short<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     arguments.iter().chain(SHORT).copied().collect()
@@ -80,20 +81,20 @@ fn cli_errors_are_json_where_json_is_asked_for() {
         let document = json(&stdout);
         let error = document["error"].clone();
         assert_eq!(error["exit_status"], status, "{document}");
-        let first = error["message"].as_str().unwrap().lines().next().unwrap().to_owned();
+        let first = error["message"].text().lines().next().unwrap().to_owned();
         assert!(stderr.contains(&first), "{first} in {stderr}");
         error
     };
     let found = error(&["run", "broken.toml", "--json"], 2);
     assert_eq!(found["kind"], "input");
-    let places = found["places"].as_array().unwrap();
-    let unknown = places.iter().find(|place| place["key"] == "friction.breakway").unwrap();
+    let places = found["places"].list();
+    let unknown = places.with("key", "friction.breakway");
     assert_eq!(unknown["file"], "broken.toml");
     assert_eq!(unknown["line"], line);
     let found = error(&["run", "--set", "solver.method=serise", "--json"], 2);
     assert_eq!(found["places"][0]["option"], "--set");
     assert_eq!(found["places"][0]["key"], "solver.method");
-    assert!(found["message"].as_str().unwrap().contains("did you mean \"series\"?"));
+    assert!(found["message"].text().contains("did you mean \"series\"?"));
     let found = error(&["inspect", "missing.h5", "--json"], 2);
     assert_eq!(found["places"][0]["file"], "missing.h5");
     for arguments in [
@@ -126,7 +127,7 @@ fn cli_strict_lets_no_warning_pass() {
     assert!(stderr.contains("--strict lets no warning pass"), "{stderr}");
     assert!(folder.path("unperturbed.h5").exists());
     let (stdout, _) = folder.ends("run unperturbed --strict --json -q", 1);
-    assert!(!json(&stdout)["warnings"].as_array().unwrap().is_empty());
+    assert!(!json(&stdout)["warnings"].list().is_empty());
     folder.ok("run paper --strict -q");
     folder.ends("certify unperturbed.h5 --strict -q", 1);
     folder.write(

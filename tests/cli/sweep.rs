@@ -1,6 +1,7 @@
 //! `stickslip sweep` from the user's side: files that depend on the study alone, kills and resumption, refusals.
 
 use crate::common::cli::{Folder, says};
+use crate::common::json::*;
 use crate::common::page::document;
 use crate::common::rows;
 use stickslip::plot::studies::{self, Choice};
@@ -201,11 +202,9 @@ fn cli_bad_studies_are_refused_with_file_line_and_key() {
             "output.end_time = 0.02",
             "output.end_time = {}\nfriction.typo = {}\noutput.window = {}",
         ),
-        &[
-            "bad.toml:6: set.output.end_time: an empty table sets nothing",
-            "bad.toml:7: set.friction.typo: a case has no key",
-            "bad.toml:8: set.output.window: a case has no key",
-        ],
+        "bad.toml:6: set.output.end_time: an empty table sets nothing &
+         bad.toml:7: set.friction.typo: a case has no key &
+         bad.toml:8: set.output.window: a case has no key",
     );
     let stderr = said("[keep]", "[boundary]\ncriterion = \"sticks > 2\"\n[keep]");
     assert!(
@@ -310,15 +309,15 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     let folder = Folder::new();
     folder.write("limit.toml", BOUNDARY);
     let report = folder.json("sweep limit.toml -j 1");
-    assert_eq!(report["curves"].as_array().unwrap().len(), 1);
+    assert_eq!(report["curves"].list().len(), 1);
     folder.ok("sweep limit.toml -j 3 -o three.h5");
     assert!(folder.read("limit.h5") == folder.read("three.h5"));
     folder.ok("plot limit.h5 -o limit.svg");
-    let figure = String::from_utf8(folder.read("limit.svg")).unwrap();
+    let figure = folder.text("limit.svg");
     assert!(figure.contains("stable at every speed"), "the linear limit is named");
     // The page has the curves of the figure, point by point.
     folder.ok("plot limit.h5 --html limit.html");
-    let page = document(&String::from_utf8(folder.read("limit.html")).unwrap());
+    let page = document(&folder.text("limit.html"));
     let drawn = studies::figures(&folder.sweep_file("limit.h5"), &Choice::default()).unwrap();
     let [panel] = &drawn[0].panels[..] else {
         panic!("one panel")
@@ -347,8 +346,8 @@ fn cli_every_command_knows_a_sweep_file() {
         "stickslip-sweep & 6 x 3 x 2 & number of sticks & /failures & /events & default_rtol",
     );
     let contents = folder.json("inspect map.h5");
-    let as_array = contents["variables"].as_array().unwrap();
-    let sticks = as_array.iter().find(|v| v["name"] == "stick_count").unwrap();
+    let as_array = contents["variables"].list();
+    let sticks = as_array.with("name", "stick_count");
     // The fill value of failed points is not counted.
     assert_eq!((&sticks["min"], &sticks["shape"]), (&0.0.into(), &vec![6, 3, 2].into()));
     for command in ["certify", "modes", "run"] {
@@ -370,10 +369,7 @@ fn cli_a_sweep_says_what_makes_its_boundary_doubtful() {
         BOUNDARY.replace("instability_time > 0", "stick_count > 1000"),
     );
     let stdout = folder.ok("sweep none.toml");
-    assert!(
-        stdout.contains("the first grid, 5 x 4, stick_count > 1000 changes nowhere"),
-        "{stdout}"
-    );
+    says(&stdout, "the first grid, 5 x 4, stick_count > 1000 changes nowhere");
     assert!(!stdout.contains("a stick that lasts"), "{stdout}");
     let short = "case = \"paper\"\nset.solver.method = \"series\"\n[[axis]]\nkey = \"initial.speed\"\nvalues = [100, 200, 250]\n";
     folder.write("short.toml", short);

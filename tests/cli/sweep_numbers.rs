@@ -3,6 +3,7 @@
 
 use crate::common::cases::built_in;
 use crate::common::cli::{Folder, json, output, refusal, says};
+use crate::common::json::*;
 use crate::common::rows;
 use std::f64::consts::PI;
 use stickslip::sweep::{Existing, Journal, PointOutcome, QUANTITIES, STUDIES, Study, StudySource};
@@ -51,10 +52,8 @@ fn analytic_a_grid_of_coulomb_belts() {
         );
     }
     assert_eq!(file.text("meta/motion").unwrap().as_deref(), Some("translation"));
-    assert_eq!(
-        file.text("references").unwrap().as_deref(),
-        Some("stickslip, docs/theory.md: Trains")
-    );
+    let references = file.text("references").unwrap();
+    assert_eq!(references.as_deref(), Some("stickslip, docs/theory.md: Trains"));
     let (speeds, springs) = (numbers("rotor_speed"), numbers("stator_stiffness_0"));
     let names = "last_slip_duration last_stick_duration attractor_period attractor_amplitude attractor_sticks motion";
     let columns: Vec<Vec<f64>> = names.split(' ').map(numbers).collect();
@@ -128,18 +127,13 @@ fn analytic_what_a_clutch_heats_up_by() {
                   target = [{ quantity = \"dissipated_energy\", value = \"3.529 kJ\" }]\n";
     folder.write("target.toml", target);
     let report = folder.json("calibrate target.toml");
-    let number = |name: &str| report["parameters"][0][name].as_f64().unwrap();
+    let number = |name: &str| report["parameters"][0][name].number();
     assert!(number("least") < 200.0 && 200.0 < number("largest"), "{report}");
     assert!(number("largest") - number("least") < 0.04, "{report}");
     // In a file, where the column ends with it.
     folder.ok("run clutch --set rotor.torque=0 -q -o one.h5 --method series");
-    let attributes = folder.json("inspect one.h5")["attributes"].as_array().unwrap().clone();
-    let value = attributes
-        .iter()
-        .find(|one| one["name"] == "dissipated_energy")
-        .unwrap()["value"]
-        .as_f64()
-        .unwrap();
+    let inspected = folder.json("inspect one.h5");
+    let value = inspected["attributes"].with("name", "dissipated_energy")["value"].number();
     let run = folder.result("one.h5");
     let last = run.sample_count().unwrap() - 1;
     assert_eq!(value, run.column("dissipated_friction", last..last + 1).unwrap()[0]);
@@ -196,10 +190,8 @@ contact.normal_force = 10
     // The steepest fall is at v_s/sqrt(2).
     let steepest = 0.5 / 2f64.sqrt();
     for (pair, c) in speeds.chunks(2).zip(dampings.chunks(2)) {
-        assert!(
-            c[0] == c[1] && pair[0] < steepest && steepest < pair[1],
-            "{pair:?} {c:?}"
-        );
+        let apart = c[0] == c[1] && pair[0] < steepest && steepest < pair[1];
+        assert!(apart, "{pair:?} {c:?}");
         for v in pair {
             let fall = 2.0 * 0.2 * 10.0 * v / 0.25 * (-v * v / 0.25).exp();
             assert!((fall / c[0] - 1.0).abs() < 1e-12, "{v} {c:?}: {fall}");
@@ -233,42 +225,31 @@ fn results_what_a_run_of_trains_does_not_have_is_absent() {
 #[test]
 fn regression_points_are_the_single_runs_of_their_cases() {
     let folder = Folder::new();
-    let settings = [
-        ("rotor.inertia.1", "1.4"),
-        ("rotor.viscous.1", "0.02"),
-        ("rotor.speed.amplitude", "0.05"),
-        ("rotor.speed.frequency", "3"),
-        ("contact.normal_force.value", "3900"),
-        ("initial.rotor_twist.1", "1e-3"),
-        ("friction.breakaway", "0.47"),
-        ("solver.rtol", "1e-9"),
-    ];
-    let drive = "rotor.speed = { profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }\n";
-    let start = "initial.rotor_speed = [0.1, 0.1]\n";
-    let base = format!("[set]\noutput.end_time = 1\nsolver.method = \"series\"\n{start}{drive}");
-    let axes: String = settings
-        .iter()
-        .map(|(key, value)| format!("[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"))
-        .collect();
-    let mut single = vec![
-        "run",
-        "groan",
-        "--force",
-        "--json",
-        "--no-witness",
-        "--method",
-        "series",
-    ];
-    let mut sets = vec![
-        "output.end_time=1".to_owned(),
-        "initial.rotor_speed=[0.1, 0.1]".to_owned(),
-        "rotor.speed={ profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }".to_owned(),
-    ];
-    sets.extend(settings.iter().map(|(key, value)| format!("{key}={value}")));
-    sets.iter().for_each(|set| single.extend(["--set", set.as_str()]));
-    let stdout = folder.ok(&single);
+    let settings = rows(
+        "
+        rotor.inertia.1            | 1.4
+        rotor.viscous.1            | 0.02
+        rotor.speed.amplitude      | 0.05
+        rotor.speed.frequency      | 3
+        contact.normal_force.value | 3900
+        initial.rotor_twist.1      | 1e-3
+        friction.breakaway         | 0.47
+        solver.rtol                | 1e-9
+    ",
+    );
+    let drive = "rotor.speed={ profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }";
+    let start = "initial.rotor_speed=[0.1, 0.1]";
+    let base = format!("[set]\noutput.end_time = 1\nsolver.method = \"series\"\n{start}\n{drive}\n");
+    let axis = |[key, value]: &[&str; 2]| format!("[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n");
+    let axes: String = settings.iter().map(axis).collect();
+    let sets = settings.iter().map(|[key, value]| format!(" --set {key}={value}"));
+    let sets = format!(
+        "--set output.end_time=1 --set '{start}' --set '{drive}'{}",
+        sets.collect::<String>()
+    );
+    let stdout = folder.ok(&format!("run groan --force --json --no-witness --method series {sets}"));
     let summary = json(&stdout)["summary"].clone();
-    assert!(summary["sticks"].as_u64().unwrap() > 5, "{summary}");
+    assert!(summary["sticks"].whole() > 5, "{summary}");
     // The same base case: built in, as a file, and as the result of a run.
     let text = stickslip::case::CaseSource::built_in("groan").unwrap().text;
     folder.write("mine.toml", text);
@@ -285,7 +266,7 @@ fn regression_points_are_the_single_runs_of_their_cases() {
             ("shortest_stick_duration", &summary["stick_duration_range"][0]),
         ] {
             let value = file.numbers(name).unwrap()[0];
-            let expected = expected.as_f64().unwrap();
+            let expected = expected.number();
             // The JSON reader may be wrong in the last bit of a number.
             let error = (value - expected).abs();
             assert!(error <= 1e-15 * expected, "{case}, {name}: {value}, not {expected}");
@@ -314,7 +295,7 @@ contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
 "#;
     folder.write("hopf.toml", study);
     let report = folder.json("sweep hopf.toml");
-    assert_eq!(report["curves"].as_array().unwrap().len(), 1);
+    assert_eq!(report["curves"].list().len(), 1);
     let file = folder.sweep_file("hopf.h5");
     let line = |group: &str| {
         let column = |name: &str| file.numbers(&format!("{group}/{name}")).unwrap();
@@ -323,7 +304,7 @@ contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
     let hopf = |v: f64| 5.0 * 0.2 * 10.0 * (-5.0 * v).exp();
     let limit: Vec<(f64, f64)> = line("stability_limit").collect();
     folder.ok("plot hopf.h5 -o hopf.svg");
-    let figure = String::from_utf8(folder.read("hopf.svg")).unwrap();
+    let figure = folder.text("hopf.svg");
     says(&figure, "steady sliding loses its stability");
     assert!(limit.len() > 40, "{}", limit.len());
     for (v, c) in limit {
@@ -338,9 +319,7 @@ contact.normal_force = { profile = "ramp", value = 10, rise_time = 50 }
     // `modes` finds the same line.
     let arguments = ["modes", "belt-exponential", "--json", "--set", "rotor.speed=0.25"];
     let stdout = folder.ok(&arguments);
-    let critical = json(&stdout)["critical_stator_damping"]["changes"][0]["value"]
-        .as_f64()
-        .unwrap();
+    let critical = json(&stdout)["critical_stator_damping"]["changes"][0]["value"].number();
     assert!((critical / hopf(0.25) - 1.0).abs() < 1e-9, "{critical}");
 }
 
@@ -366,7 +345,7 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
         ("attractor_period", &single["period"]),
         ("attractor_amplitude", &single["extremes"]["amplitude"]),
     ] {
-        let (value, other) = (numbers(name)[1], other.as_f64().unwrap());
+        let (value, other) = (numbers(name)[1], other.number());
         assert!((value / other - 1.0).abs() < 2e-4, "{name}: {value}, {other}");
     }
 }
@@ -374,10 +353,8 @@ fn regression_groan_over_the_speed_holds_for_single_runs() {
 #[test]
 fn results_trajectories_of_the_points_are_results_of_trains() {
     let folder = Folder::new();
-    folder.write(
-        "belt.toml",
-        BELT.replace("events = true", "events = true, trajectory = true"),
-    );
+    let keep = BELT.replace("events = true", "events = true, trajectory = true");
+    folder.write("belt.toml", keep);
     folder.json("sweep belt.toml");
     let file = folder.sweep_file("belt.h5");
     let counts = file.numbers("event_count").unwrap();
@@ -406,10 +383,8 @@ fn cli_samples_and_tables_of_points_know_the_keys_of_trains() {
                   key = \"contact.normal_force.rise_time\"\nfrom = \"0.1 s\"\nto = \"0.3 s\"\n";
     folder.write("sample.toml", sample);
     assert_eq!(folder.json("sweep sample.toml --set rotor.inertia.1=1.3")["failed"], 0);
-    folder.write(
-        "table.toml",
-        "case = \"belt-leine\"\npoints = \"points.csv\"\n[set]\noutput.end_time = 10\n",
-    );
+    let table = "case = \"belt-leine\"\npoints = \"points.csv\"\n[set]\noutput.end_time = 10\n";
+    folder.write("table.toml", table);
     folder.write("points.csv", "rotor.speed,stator.inertia[0]\n0.2,1\n0.3 m/s,1.5\n");
     assert_eq!(folder.json("sweep table.toml")["points"], 2);
     let file = folder.sweep_file("table.h5");
@@ -465,30 +440,24 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
         says(&stderr, &[words, "bad.toml:3: axis.0.key: "]);
     }
     // Limits and units of values, and the settings.
-    for (line, words) in [
-        (
-            "key = \"rotor.inertia.1\"\nvalues = [-1]",
-            "axis.0.values.0: must be greater than 0, but is -1",
-        ),
-        (
-            "key = \"rotor.damping.1\"\nvalues = [-1]",
-            "axis.0.values.0: must not be negative",
-        ),
-        (
-            "key = \"rotor.speed\"\nvalues = [\"1 m/s\"]",
-            "axis.0.values.0: expected an angular velocity, rad/s",
-        ),
-        ("key = \"rotor.end\"\nvalues = [\"drivn\"]", "did you mean \"driven\"?"),
-        (
-            "key = \"rotor.speed\"\nvalues = [1]\n[set]\nrotor.dampnig = 1",
-            "set.rotor.dampnig: a case has no key",
-        ),
-        (
-            "key = \"rotor.speed\"\nvalues = [1]\n[set]\nrotor.inertia = [1, 2, 3]",
-            "rotor.stiffness: no point of the study is a valid case: has 2 numbers, but 3 are expected",
-        ),
-    ] {
-        folder.write("bad.toml", format!("case = \"groan\"\n[[axis]]\n{line}\n"));
+    for [key, values, set, words] in rows(
+        r#"
+        rotor.inertia.1 | -1 | - | axis.0.values.0: must be greater than 0, but is -1
+        rotor.damping.1 | -1 | - | axis.0.values.0: must not be negative
+        rotor.speed | "1 m/s" | - | axis.0.values.0: expected an angular velocity, rad/s
+        rotor.end | "drivn" | - | did you mean "driven"?
+        rotor.speed | 1 | rotor.dampnig = 1 | set.rotor.dampnig: a case has no key
+        rotor.speed | 1 | rotor.inertia = [1, 2, 3] |
+            rotor.stiffness: no point of the study is a valid case: has 2 numbers, but 3 are expected
+    "#,
+    ) {
+        let set = if set == "-" {
+            String::new()
+        } else {
+            format!("[set]\n{set}\n")
+        };
+        let axis = format!("[[axis]]\nkey = \"{key}\"\nvalues = [{values}]\n");
+        folder.write("bad.toml", format!("case = \"groan\"\n{axis}{set}"));
         folder.refused("sweep bad.toml", &[words]);
     }
 }
@@ -532,42 +501,21 @@ fn cli_boundaries_are_on_quantities_that_the_runs_have() {
         let [x, y] = axes.map(|key| format!("[[axis]]\nkey = \"{key}\"\nfrom = 1\nto = 2\ncount = 3\n"));
         format!("case = \"{case}\"\n{x}{y}[boundary]\n{rest}\n")
     };
-    let (belt, brake) = (
-        ["rotor.speed", "stator.damping.0"],
-        ["friction.decay", "torsion.damping"],
-    );
-    for (case, axes, rest, words) in [
-        (
-            "belt-exponential",
-            belt,
-            "criterion = \"growth_exponent > 20\"",
-            "no run of this case has \"growth_exponent\": its sliding is not watched for a loss of stability: an end is driven",
-        ),
-        (
-            "belt-exponential",
-            belt,
-            "criterion = \"nothing_of_the_kind > 20\"",
-            "there are stick_count, slip_count",
-        ),
-        (
-            "belt-exponential",
-            belt,
-            "criterion = \"attractor_perod > 2\"",
-            "did you mean attractor_period?",
-        ),
-        (
-            "belt-exponential",
-            belt,
-            "growth_contours = [20]",
-            "boundary.growth_contours: no run of this case has \"growth_exponent\": its sliding is not watched",
-        ),
-        (
-            "paper",
-            brake,
-            "criterion = \"attractor_period > 2\"",
-            "no run of this case has \"attractor_period\": nothing drives its sliding",
-        ),
-    ] {
+    let belt = ["rotor.speed", "stator.damping.0"];
+    let brake = ["friction.decay", "torsion.damping"];
+    for [case, rest, words] in rows(
+        r#"
+        belt-exponential | criterion = "growth_exponent > 20" |
+            no run of this case has "growth_exponent": its sliding is not watched for a loss of stability: an end is driven
+        belt-exponential | criterion = "nothing_of_the_kind > 20" | there are stick_count, slip_count
+        belt-exponential | criterion = "attractor_perod > 2" | did you mean attractor_period?
+        belt-exponential | growth_contours = [20] |
+            boundary.growth_contours: no run of this case has "growth_exponent": its sliding is not watched
+        paper | criterion = "attractor_period > 2" |
+            no run of this case has "attractor_period": nothing drives its sliding
+    "#,
+    ) {
+        let axes = if case == "paper" { brake } else { belt };
         folder.write("bad.toml", study(case, axes, rest));
         folder.refused("sweep bad.toml", &[words, "bad.toml:13: boundary."]);
     }
@@ -584,24 +532,20 @@ fn property_both_forms_of_a_brake_have_the_same_boundary() {
         )
     };
     // A light rotor that stops within milliseconds.
-    let mut light = vec![
+    let light = [
         "perturbation=[]",
         "axial.damping=20000 lbf s/in",
         "actuation.rise_time=0",
-    ];
-    light.extend([
         "torsion.rotor_inertia=0.002",
         "initial.speed=10",
         "output.end_time=0.01",
-    ]);
+    ];
     let short = built_in("paper", &light);
     folder.write("short.toml", short.resolved());
     folder.write("trains.toml", short.in_general_form().resolved());
     folder.write("a.toml", study("short.toml", "\"torsion.damping\""));
-    folder.write(
-        "b.toml",
-        study("trains.toml", "[\"rotor.damping.0\", \"stator.damping.0\"]"),
-    );
+    let both = "[\"rotor.damping.0\", \"stator.damping.0\"]";
+    folder.write("b.toml", study("trains.toml", both));
     let [a, b] = ["a", "b"].map(|name| {
         folder.ok(&format!("sweep {name}.toml"));
         folder.sweep_file(&format!("{name}.h5"))
@@ -651,26 +595,22 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     // k = 100 N/m and mu_d = 0.3, within the accuracy of four digits.
     for (place, true_value) in [(0, 100.0), (1, 0.3)] {
         let parameter = &report["parameters"][place];
-        let number = |name: &str| parameter[name].as_f64().unwrap();
+        let number = |name: &str| parameter[name].number();
         assert!(number("least") < true_value, "{parameter}");
         assert!(true_value < number("largest"), "{parameter}");
         assert!((number("optimum") / true_value - 1.0).abs() < 1e-3, "{parameter}");
         assert_eq!(parameter["determined"], "determined");
     }
-    let units: Vec<&str> = (0..4).map(|k| report["targets"][k]["unit"].as_str().unwrap()).collect();
+    let units: Vec<&str> = (0..4).map(|k| report["targets"][k]["unit"].text()).collect();
     assert_eq!(units, ["s", "s", "m", "1"]);
-    let half = report["targets"][2]["half_width"].as_f64().unwrap();
+    let half = report["targets"][2]["half_width"].number();
     assert!((half - 5e-6).abs() < 1e-18, "{half}");
     let file = folder.sweep_file("belt.h5");
-    assert_eq!(
-        file.text("references").unwrap().as_deref(),
-        Some("stickslip, docs/theory.md: Trains")
-    );
+    let references = file.text("references").unwrap();
+    assert_eq!(references.as_deref(), Some("stickslip, docs/theory.md: Trains"));
     let found = file.shape("attractor_amplitude").unwrap()[0] as u64;
-    assert_eq!(found, report["runs"].as_u64().unwrap());
-    let period = folder.json("run found.toml --no-witness")["summary"]["outcome"]["period"]
-        .as_f64()
-        .unwrap();
+    assert_eq!(found, report["runs"].whole());
+    let period = folder.json("run found.toml --no-witness")["summary"]["outcome"]["period"].number();
     assert!((period - 0.6712).abs() < 2e-4, "{period}");
     for [from, to, words] in rows(
         r#"

@@ -1,23 +1,21 @@
 //! What the program says about itself, its cases and its files, and about wrong usage.
 
 use crate::common::cli::{Folder, says};
+use crate::common::json::*;
+use crate::common::rows;
 use predicates::prelude::*;
 
 #[test]
 fn cli_version_names_the_libraries() {
     let folder = Folder::new();
     for flag in ["--version", "-V"] {
-        let (stdout, stderr) = folder.ends(&[flag], 0);
-        assert_eq!(stderr, "");
+        let stdout = folder.clean(&[flag]);
         // The commit of the build, which the build script provides for this package only.
-        let build = concat!(
-            "stickslip ",
-            env!("CARGO_PKG_VERSION"),
-            " (",
-            env!("STICKSLIP_COMMIT"),
-            ")\n"
+        let (version, commit) = (env!("CARGO_PKG_VERSION"), env!("STICKSLIP_COMMIT"));
+        assert!(
+            stdout.starts_with(&format!("stickslip {version} ({commit})\n")),
+            "{stdout}"
         );
-        assert!(stdout.starts_with(build), "{stdout}");
         let libraries = predicate::str::is_match(r"\nSUNDIALS 7\.\d+\.\d+\nHDF5 \d+\.\d+\.\d+\n$").unwrap();
         assert!(libraries.eval(&stdout), "{stdout}");
     }
@@ -26,17 +24,8 @@ fn cli_version_names_the_libraries() {
 #[test]
 fn cli_help_is_on_standard_output() {
     let folder = Folder::new();
-    for arguments in [
-        &["--help"][..],
-        &["run", "--help"],
-        &["work-precision", "-h"],
-        &["plot", "-h"],
-        &["modes", "-h"],
-        &["inspect", "-h"],
-        &["case", "-h"],
-    ] {
-        let (stdout, stderr) = folder.ends(arguments, 0);
-        assert_eq!(stderr, "");
+    for arguments in "--help, run --help, work-precision -h, plot -h, modes -h, inspect -h, case -h".split(", ") {
+        let stdout = folder.clean(arguments);
         assert!(stdout.contains("Usage: stickslip"), "{stdout}");
         let wide: Vec<&str> = stdout.lines().filter(|line| line.chars().count() > 80).collect();
         assert_eq!(wide, Vec::<&str>::new(), "{arguments:?}");
@@ -47,24 +36,22 @@ fn cli_help_is_on_standard_output() {
 fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
     let folder = Folder::new();
     for arguments in [
-        &[][..],
-        &["integrate"],
-        &["run", "paper", "paper-si"],
-        &["run", "--set"],
-        &["run", "--tolerance", "1"],
-        &["plot"],
-        &["plot", "paper.h5", "--html", "page.html", "--width", "85"],
-        &["plot", "a.h5", "b.h5", "--html", "page.html"],
-        &["plot", "a.h5", "b.h5", "c.h5", "--html", "page.html"],
-        &["inspect"],
-        &["case"],
-        &["case", "paper", "--list"],
+        "",
+        "integrate",
+        "run paper paper-si",
+        "run --set",
+        "run --tolerance 1",
+        "plot",
+        "plot paper.h5 --html page.html --width 85",
+        "plot a.h5 b.h5 --html page.html",
+        "plot a.h5 b.h5 c.h5 --html page.html",
+        "inspect",
+        "case",
+        "case paper --list",
     ] {
         let stderr = folder.refused(arguments, "");
-        assert!(
-            stderr.contains("stickslip") || stderr.contains("--help"),
-            "{arguments:?}: {stderr}"
-        );
+        let helps = stderr.contains("stickslip") || stderr.contains("--help");
+        assert!(helps, "{arguments}: {stderr}");
     }
 }
 
@@ -72,8 +59,7 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
 #[test]
 fn cli_case_prints_a_case_to_start_from() {
     let folder = Folder::new();
-    let (text, stderr) = folder.ends("case paper", 0);
-    assert_eq!(stderr, "");
+    let text = folder.clean("case paper");
     folder.write("mine.toml", &text);
     folder.ok_short("mine.toml -q");
     folder.ok_short("paper -q");
@@ -90,24 +76,17 @@ fn cli_case_lists_the_built_in_cases() {
     let stdout = folder.ok("case --list");
     let listed = folder.json("case --list");
     for name in ["paper", "paper-si", "unperturbed", "release"] {
-        assert!(
-            stdout.lines().any(|line| line.trim_start().starts_with(name)),
-            "{stdout}"
-        );
-        let case = listed.as_array().unwrap().iter().find(|case| case["name"] == name);
-        assert!(stdout.contains(case.unwrap()["title"].as_str().unwrap()), "{stdout}");
+        let starts = |line: &str| line.trim_start().starts_with(name);
+        assert!(stdout.lines().any(starts), "{stdout}");
+        says(&stdout, listed.with("name", name)["title"].text());
     }
 }
 
 #[test]
 fn cli_unknown_case_names_those_that_exist() {
     let folder = Folder::new();
-    for command in ["case", "run"] {
-        let stderr = folder.refused(&[command, "papper"], "");
-        let said = predicate::str::contains("\"papper\"")
-            .and(predicate::str::contains("did you mean paper?"))
-            .and(predicate::str::contains("unperturbed"));
-        assert!(said.eval(&stderr), "{stderr}");
+    for command in ["case papper", "run papper"] {
+        folder.refused(command, "\"papper\" & did you mean paper? & unperturbed");
     }
 }
 
@@ -166,12 +145,9 @@ fn cli_run_refuses_what_is_no_case() {
 #[test]
 fn cli_run_takes_unicode() {
     let folder = Folder::new();
-    let text = folder.ok("case paper");
     let title = "摩擦 Bremse μ₀ 🛑";
-    folder.write(
-        "摩擦.toml",
-        text.replace("Two-disk brake, the paper's parameters in US units", title),
-    );
+    let own = "Two-disk brake, the paper's parameters in US units";
+    folder.write("摩擦.toml", folder.ok("case paper").replace(own, title));
     let stdout = folder.ok_short("摩擦.toml");
     says(&stdout, &[title, "摩擦.h5"]);
     assert_eq!(folder.result("摩擦.h5").title(), title);
@@ -181,8 +157,7 @@ fn cli_run_takes_unicode() {
 fn cli_inspect_shows_every_variable_with_unit_and_meaning() {
     let folder = Folder::new();
     folder.ok_short("-q -o x.h5");
-    let (stdout, stderr) = folder.ends("inspect x.h5 -v", 0);
-    assert_eq!(stderr, "");
+    let stdout = folder.clean("inspect x.h5 -v");
     says(
         &stdout,
         "stickslip-result & complete & natural_period & relative velocity omega_r & rad s-1 & 2 slip-forward &
@@ -190,20 +165,13 @@ fn cli_inspect_shows_every_variable_with_unit_and_meaning() {
     );
     assert!(stdout.lines().all(|line| line == line.trim_end()), "{stdout:?}");
     let document = folder.json("inspect x.h5");
-    let variables = document["variables"].as_array().unwrap();
-    let time = variables
-        .iter()
-        .find(|variable| variable["group"] == "/trajectory" && variable["name"] == "time")
-        .unwrap();
+    let variables = document["variables"].list();
+    let is_time = |one: &&serde_json::Value| one["group"] == "/trajectory" && one["name"] == "time";
+    let time = variables.iter().find(is_time).unwrap();
     assert_eq!(time["units"], "s");
     assert_eq!(time["shape"], serde_json::json!([51]));
     assert_eq!(time["max"], 0.05);
-    let attributes = document["attributes"].as_array().unwrap();
-    assert!(
-        attributes
-            .iter()
-            .any(|attribute| attribute["name"] == "status" && attribute["value"] == "complete")
-    );
+    assert_eq!(document["attributes"].with("name", "status")["value"], "complete");
 }
 
 #[test]
@@ -312,13 +280,12 @@ fn cli_options_for_keys_are_those_of_set() {
         ("--interval", "output.interval", "0"),
     ] {
         for command in ["run", "certify", "modes", "cycle", "calibrate", "continue"] {
-            let case = if command == "cycle" {
-                "cycle belt-leine"
-            } else {
-                command
-            };
-            let short = folder.refused(&format!("{case} {option} '{value}'"), key);
-            assert_eq!(short, folder.refused(&format!("{case} --set '{key}={value}'"), ""));
+            let more = if command == "cycle" { " belt-leine" } else { "" };
+            let short = folder.refused(&format!("{command}{more} {option} '{value}'"), key);
+            assert_eq!(
+                short,
+                folder.refused(&format!("{command}{more} --set '{key}={value}'"), "")
+            );
         }
     }
     folder.refused(
@@ -331,29 +298,19 @@ fn cli_options_for_keys_are_those_of_set() {
 #[test]
 fn cli_unknown_options_name_what_was_meant() {
     let folder = Folder::new();
-    for (arguments, words) in [
-        (
-            "run --decay 4",
-            "--decay: no such option; --set friction.decay=... changes that key",
-        ),
-        (
-            "sweep critical-curve --decay 4",
-            "--set friction.decay=... changes that key",
-        ),
-        (
-            "run --normal-force 4",
-            "--set contact.normal_force=... changes that key",
-        ),
-        ("run --methd cvode", "--methd: no such option; did you mean --method?"),
-        (
-            "inspect x.h5 --decay 4",
-            "--decay: stickslip inspect has no such option & `stickslip inspect --help`",
-        ),
-        ("case paper --rtol 1", "--rtol: stickslip case has no such option"),
-        ("plot a.h5 --widht 85", "did you mean --width?"),
-        ("run paper block", "\"block\": stickslip run takes no further argument"),
-        ("export a.h5 -o x.csv --format parquet", "pandas"),
-    ] {
+    for [arguments, words] in rows(
+        r#"
+        run --decay 4 | --decay: no such option; --set friction.decay=... changes that key
+        sweep critical-curve --decay 4 | --set friction.decay=... changes that key
+        run --normal-force 4 | --set contact.normal_force=... changes that key
+        run --methd cvode | --methd: no such option; did you mean --method?
+        inspect x.h5 --decay 4 | --decay: stickslip inspect has no such option & `stickslip inspect --help`
+        case paper --rtol 1 | --rtol: stickslip case has no such option
+        plot a.h5 --widht 85 | did you mean --width?
+        run paper block | "block": stickslip run takes no further argument
+        export a.h5 -o x.csv --format parquet | pandas
+    "#,
+    ) {
         let said = folder.refused(arguments, words);
         assert!(said.starts_with("stickslip: "), "{said}");
         for noise in ["as a value", "-- --", "error:"] {
@@ -367,21 +324,18 @@ fn cli_unknown_commands_name_what_was_meant() {
     let folder = Folder::new();
     folder.write("mine.toml", folder.ok("case clutch"));
     folder.write("map.toml", folder.ok("case critical-curve"));
-    for (arguments, words) in [
-        ("rnu", "there is no command \"rnu\"; did you mean run?"),
-        ("help rum", "did you mean run?"),
-        ("papre", "did you mean stickslip run paper?"),
-        (
-            "paper",
-            "\"paper\" is a built-in case, not a command: stickslip run paper",
-        ),
-        ("mine.toml", "is a case, not a command: stickslip run mine.toml"),
-        ("map.toml", "is a study, not a command: stickslip sweep map.toml"),
-        ("belt-branches", "stickslip continue belt-branches"),
-        ("integrate", "the commands are run, certify, compare"),
-    ] {
-        folder.refused(arguments, words);
-    }
+    folder.refuses(
+        r#"
+        rnu           | there is no command "rnu"; did you mean run?
+        help rum      | did you mean run?
+        papre         | did you mean stickslip run paper?
+        paper         | "paper" is a built-in case, not a command: stickslip run paper
+        mine.toml     | is a case, not a command: stickslip run mine.toml
+        map.toml      | is a study, not a command: stickslip sweep map.toml
+        belt-branches | stickslip continue belt-branches
+        integrate     | the commands are run, certify, compare
+    "#,
+    );
 }
 
 /// One sentence with the command, not the unknown keys of a study that is read as a case.
@@ -399,11 +353,8 @@ fn cli_a_study_is_no_case_and_a_case_no_study() {
         folder.write(file, folder.ok(&format!("case {study}")));
         for wrong in ["run", "certify", "modes", "cycle"] {
             for (name, what) in [(study, "a built-in study"), (file, "a study")] {
-                let said = folder.refused(&[wrong, name], "");
-                assert_eq!(
-                    said,
-                    format!("stickslip: {name} is {what}: stickslip {command} {name}\n")
-                );
+                let words = format!("stickslip: {name} is {what}: stickslip {command} {name}\n");
+                assert_eq!(folder.refused(&[wrong, name], ""), words);
             }
         }
         for wrong in ["sweep", "calibrate", "continue", "work-precision"] {
@@ -424,37 +375,19 @@ fn cli_a_result_that_was_not_computed_names_its_command() {
     let folder = Folder::new();
     folder.write("mine.toml", folder.ok("case clutch"));
     folder.write("map.toml", folder.ok("case critical-curve"));
-    for (arguments, words) in [
-        (
-            "plot map.h5",
-            "map.h5: no such file; `stickslip sweep map.toml` writes it",
-        ),
-        (
-            "inspect paper.h5",
-            "paper.h5: no such file; `stickslip run paper` writes it",
-        ),
-        (
-            "export mine.certified.h5 -o x.csv",
-            "`stickslip certify mine.toml` writes it",
-        ),
-        ("check belt-leine.cycle.h5", "`stickslip cycle belt-leine` writes it"),
-        (
-            "compare out/paper.h5 x.csv",
-            "`stickslip run paper -o out/paper.h5` writes it",
-        ),
-        ("certify clutch.h5", "`stickslip run clutch` writes it"),
-        (
-            "plot map.toml",
-            "map.toml: a study, not a result; `stickslip sweep map.toml` writes map.h5",
-        ),
-        (
-            "plot paper",
-            "paper: a built-in case, not a result; `stickslip run paper` writes paper.h5",
-        ),
-        ("plot other.h5", "other.h5: no such file; check the name"),
-    ] {
-        folder.refused(arguments, words);
-    }
+    folder.refuses(
+        "
+        plot map.h5 | map.h5: no such file; `stickslip sweep map.toml` writes it
+        inspect paper.h5 | paper.h5: no such file; `stickslip run paper` writes it
+        export mine.certified.h5 -o x.csv | `stickslip certify mine.toml` writes it
+        check belt-leine.cycle.h5 | `stickslip cycle belt-leine` writes it
+        compare out/paper.h5 x.csv | `stickslip run paper -o out/paper.h5` writes it
+        certify clutch.h5 | `stickslip run clutch` writes it
+        plot map.toml | map.toml: a study, not a result; `stickslip sweep map.toml` writes map.h5
+        plot paper | paper: a built-in case, not a result; `stickslip run paper` writes paper.h5
+        plot other.h5 | other.h5: no such file; check the name
+    ",
+    );
 }
 
 #[test]
@@ -462,29 +395,21 @@ fn cli_compare_says_that_its_arguments_are_swapped() {
     let folder = Folder::new();
     folder.ok_short("-q");
     folder.ok("export paper.h5 -o mine.csv");
-    folder.refused(
-        "compare mine.csv paper.h5",
-        "the reference comes first: stickslip compare paper.h5 mine.csv",
-    );
+    let words = "the reference comes first: stickslip compare paper.h5 mine.csv";
+    folder.refused("compare mine.csv paper.h5", words);
 }
 
 #[test]
 fn cli_a_decimal_comma_is_named() {
     let folder = Folder::new();
-    for (arguments, words) in [
-        ("run --set 'initial.speed=0,2 rad/s'", "write 0.2 rad/s with a point"),
-        ("run --set friction.breakaway=0,6", "write 0.6 with a point"),
-        (
-            "run --set 'axial.mass=1,000 kg'",
-            "write 1.000 kg with a point, or 1000 kg without a comma",
-        ),
-        (
-            "export paper.h5 -o x.csv --window '6,97 s:6.98 s'",
-            "write 6.97 s with a point",
-        ),
-    ] {
-        folder.refused(arguments, words);
-    }
+    folder.refuses(
+        "
+        run --set 'initial.speed=0,2 rad/s'               | write 0.2 rad/s with a point
+        run --set friction.breakaway=0,6                  | write 0.6 with a point
+        run --set 'axial.mass=1,000 kg'                   | write 1.000 kg with a point, or 1000 kg without a comma
+        export paper.h5 -o x.csv --window '6,97 s:6.98 s' | write 6.97 s with a point
+    ",
+    );
 }
 
 #[test]
@@ -575,10 +500,7 @@ fn cli_errors_have_one_voice() {
         );
     }
     let warned = in_terminal(&folder, "run unperturbed", false);
-    assert!(
-        warned.contains("stickslip: \u{1b}[33m\u{1b}[1mwarning:\u{1b}[0m"),
-        "{warned:?}"
-    );
+    says(&warned, "stickslip: \u{1b}[33m\u{1b}[1mwarning:\u{1b}[0m");
 }
 
 /// A run of a fraction of a second draws no bar on a terminal.

@@ -1,6 +1,7 @@
 //! `stickslip work-precision`, and its messages about wrong studies.
 
 use crate::common::cli::{Folder, json, says};
+use crate::common::json::*;
 use crate::common::rows;
 use crate::common::unlocked;
 use std::path::Path;
@@ -17,18 +18,17 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     let folder = Folder::new();
     folder.write("small.toml", STUDY);
     let arguments = ["work-precision", "small.toml", "--figure", "pictures", "--json"];
-    let (stdout, stderr) = folder.ends(&arguments, 0);
-    assert_eq!(stderr, "");
+    let stdout = folder.clean(&arguments);
     let document = json(&stdout);
     let found = (&document["status"], &document["file"]);
     assert_eq!(found, (&"complete".into(), &"small.h5".into()));
-    let runs = document["runs"].as_array().unwrap();
-    let names: Vec<&str> = runs.iter().map(|run| run["method"].as_str().unwrap()).collect();
+    let runs = document["runs"].list();
+    let names: Vec<&str> = runs.iter().map(|run| run["method"].text()).collect();
     assert_eq!(names, ["cvode", "erk-verner-76", "paper", "erk"]);
     let found = (&runs[3]["rtol"], &runs[3]["fixed_step"]);
     assert_eq!(found, (&serde_json::Value::Null, &2e-5.into()));
     // The methods with located events are far better than the paper's procedure, which has another event sequence.
-    let onset = |k: usize| runs[k]["error"]["onset"].as_f64().unwrap();
+    let onset = |k: usize| runs[k]["error"]["onset"].number();
     assert!([0, 1, 3].iter().all(|&k| onset(k) < 1e-6), "{stdout}");
     assert!(onset(2) > 1e-6, "{stdout}");
     assert!(runs[2]["error"]["largest_event"].is_null() && runs[2]["same_sequence"] == false);
@@ -45,7 +45,7 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     assert!(times.is_sorted() && uncertainties.iter().all(|u| (0.0..1e-10).contains(u)));
     drop(file);
 
-    let picture = std::fs::read_to_string(folder.path("pictures/small-work-precision.svg")).unwrap();
+    let picture = folder.text("pictures/small-work-precision.svg");
     says(
         &picture,
         "erk-verner-76 & uncertainty of reference & calls of the right-hand side & fixed steps",
@@ -188,7 +188,7 @@ fn analytic_a_truth_may_be_of_any_case() {
     let (stdout, _) = folder.ends("work-precision study.toml --json", 0);
     let document = json(&stdout);
     assert_eq!(document["runs"][0]["same_sequence"], true);
-    let found = document["runs"][0]["error"]["largest_event"].as_f64().unwrap();
+    let found = document["runs"][0]["error"]["largest_event"].number();
     assert!(found < 1e-9, "{stdout}");
     for (name, case) in [("other.json", "belt-coulomb"), ("truth.json", "belt-leine")] {
         folder.write(

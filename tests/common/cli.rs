@@ -76,6 +76,14 @@ impl Folder {
         output(&mut self.stickslip(arguments), 0).0
     }
 
+    /// The same; nothing is on standard error.
+    #[track_caller]
+    pub fn clean(&self, arguments: impl Arguments) -> String {
+        let (stdout, stderr) = self.ends(arguments, 0);
+        assert_eq!(stderr, "");
+        stdout
+    }
+
     /// The same of a short run.
     #[track_caller]
     pub fn ok_short(&self, arguments: impl Arguments) -> String {
@@ -104,6 +112,14 @@ impl Folder {
         stderr
     }
 
+    /// The same of each line of a table, `arguments | words`.
+    #[track_caller]
+    pub fn refuses(&self, table: &str) {
+        for [arguments, words] in super::rows(table) {
+            self.refused(arguments, words);
+        }
+    }
+
     /// The program as a child process whose output is kept.
     pub fn start(&self, arguments: impl Arguments) -> Child {
         std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
@@ -129,6 +145,18 @@ impl Folder {
     /// The bytes of a file.
     pub fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap()
+    }
+
+    /// Makes a named pipe with a command that every Unix has.
+    #[cfg(unix)]
+    pub fn pipe(&self, name: &str) {
+        let made = std::process::Command::new("mkfifo").arg(self.path(name)).status();
+        assert!(made.unwrap().success());
+    }
+
+    /// The text of a file.
+    pub fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
     }
 
     pub fn sweep_file(&self, name: &str) -> StudyFile {

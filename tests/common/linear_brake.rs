@@ -315,14 +315,8 @@ fn sliding(sign: f64) -> Mode {
 /// (time, F, F') of each stretch of linear force, in order.
 fn force_corners(actuation: &Signal) -> Vec<(f64, f64, f64)> {
     match actuation {
-        Signal::Ramp(Ramp {
-            value: force,
-            rise_time,
-        }) if *rise_time == 0.0 => vec![(0.0, *force, 0.0)],
-        Signal::Ramp(Ramp {
-            value: force,
-            rise_time,
-        }) => vec![(0.0, 0.0, force / rise_time), (*rise_time, *force, 0.0)],
+        Signal::Ramp(Ramp { value, rise_time }) if *rise_time == 0.0 => vec![(0.0, *value, 0.0)],
+        Signal::Ramp(Ramp { value, rise_time }) => vec![(0.0, 0.0, value / rise_time), (*rise_time, *value, 0.0)],
         Signal::TimeTable(TimeTable { time, value: force }) => {
             assert_eq!(time[0], 0.0, "a table from 0 on");
             let last = time.len() - 1;

@@ -6,6 +6,7 @@ pub mod cases;
 pub mod cli;
 pub mod compare;
 pub mod hostile;
+pub mod json;
 pub mod linear_brake;
 pub mod page;
 pub mod planted_solver;
@@ -16,14 +17,15 @@ pub mod systems;
 
 pub mod unlocked;
 
+use crate::common::json::*;
 use stickslip::Run;
 use stickslip::case::Case;
-use stickslip::friction::{Exponential, Friction};
+use stickslip::friction::Friction;
 use stickslip::model::system::System;
 use stickslip::model::{Axial, BreakawayTest, Contact, DiskInitial, DiskKick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
-use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
+use systems::{exponential, ramp};
 
 /// The rows of a table: cells that `|` parts, a row a line. A line that ends in `|` goes on in the next.
 #[track_caller]
@@ -68,8 +70,7 @@ pub fn truth(name: &str) -> Truth {
     };
     let states = |key: &str, state: &str| {
         json[key]
-            .as_array()
-            .unwrap()
+            .list()
             .iter()
             .map(|row| TruthState {
                 time: number(&row["time"]),
@@ -91,10 +92,7 @@ pub fn truth(name: &str) -> Truth {
                 damping: p("c_a"),
                 ringing_floor: Axial::RINGING_FLOOR,
             },
-            actuation: Signal::Ramp(Ramp {
-                value: p("F_0"),
-                rise_time: p("t_0"),
-            }),
+            actuation: ramp(p("F_0"), p("t_0")),
             torsion: Torsion {
                 rotor_inertia: p("I"),
                 surface_inertia: p("J"),
@@ -107,12 +105,7 @@ pub fn truth(name: &str) -> Truth {
             },
             friction: Friction {
                 breakaway: p("mu_0"),
-                law: Exponential {
-                    low_speed: p("mu_s"),
-                    high_speed: p("mu_d"),
-                    decay: p("alpha"),
-                }
-                .into(),
+                law: exponential(p("mu_s"), p("mu_d"), p("alpha")).into(),
             },
             initial: DiskInitial { speed: p("omega_0") },
             perturbations,

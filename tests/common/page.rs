@@ -1,6 +1,7 @@
 //! Reads a page as a browser does: the document in its script element, and the arrays in it. Written apart from
 //! the program's encoder.
 
+use crate::common::json::*;
 use std::path::Path;
 
 use base64::Engine;
@@ -34,9 +35,9 @@ impl Page {
 
     /// (values or least values for each entry, largest values for each bucket) of a channel.
     pub fn channel(&self, name: &str) -> (Vec<f64>, Vec<f64>) {
-        let channels = self.trajectory["channels"].as_array().unwrap();
-        let channel = channels.iter().find(|channel| channel["name"] == name).unwrap();
-        let block = self.trajectory["block"].as_u64().unwrap() as usize;
+        let channels = self.trajectory["channels"].list();
+        let channel = channels.with("name", name);
+        let block = self.trajectory["block"].whole() as usize;
         (
             unpacked(&channel["value"], block),
             unpacked(&channel["bucket_high"], block),
@@ -44,13 +45,13 @@ impl Page {
     }
 
     pub fn channel_names(&self) -> Vec<String> {
-        let channels = self.trajectory["channels"].as_array().unwrap();
-        let values = channels.iter().map(|c| c["name"].as_str().unwrap().to_owned());
+        let channels = self.trajectory["channels"].list();
+        let values = channels.iter().map(|c| c["name"].text().to_owned());
         values.collect()
     }
 
     pub fn block(&self) -> usize {
-        self.trajectory["block"].as_u64().unwrap() as usize
+        self.trajectory["block"].whole() as usize
     }
 
     pub fn times(&self) -> Vec<f64> {
@@ -67,9 +68,9 @@ impl Page {
         };
         let mut starts: Vec<usize> = self.times().into_iter().map(row).collect();
         starts.push(times.len());
-        let stretches = self.trajectory["stretches"].as_array().unwrap();
+        let stretches = self.trajectory["stretches"].list();
         let buckets = stretches.iter().flat_map(|stretch| {
-            let count = stretch["entries"].as_u64().unwrap() as usize;
+            let count = stretch["entries"].whole() as usize;
             std::iter::repeat_n(stretch["bucket"].as_bool().unwrap(), count)
         });
         let ranges = starts.windows(2).map(|pair| pair[0]..pair[1]);
@@ -78,7 +79,7 @@ impl Page {
 }
 
 pub fn bytes(text: &Value) -> Vec<u8> {
-    let text = text.as_str().unwrap();
+    let text = text.text();
     base64::engine::general_purpose::STANDARD.decode(text).unwrap()
 }
 

@@ -2,17 +2,26 @@
 
 use stickslip::case::Override;
 
-/// Numbers in [0, 1) that are the same in every run (splitmix64).
+/// Numbers that are the same in every run and everywhere (SplitMix64).
 pub struct Random(pub u64);
 
 impl Random {
-    /// The next of them.
-    pub fn next(&mut self) -> f64 {
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        z ^ (z >> 31)
+    }
+
+    /// A whole number below `bound`.
+    pub fn below(&mut self, bound: usize) -> usize {
+        (self.bits() % bound.max(1) as u64) as usize
+    }
+
+    /// A number in [0, 1).
+    pub fn next(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in [`low`, `high`).

@@ -4,7 +4,8 @@
 
 use std::path::Path;
 
-use hdf5::{File, OpenMode, Result};
+use hdf5::{File, Group, H5Type, OpenMode, Result};
+use ndarray::{ArrayView, Dimension};
 
 pub fn create(path: impl AsRef<Path>) -> Result<File> {
     in_mode(path.as_ref(), OpenMode::Create)
@@ -17,6 +18,12 @@ pub fn open_rw(path: impl AsRef<Path>) -> Result<File> {
 
 pub fn open(path: impl AsRef<Path>) -> Result<File> {
     in_mode(path.as_ref(), OpenMode::Read)
+}
+
+/// Writes an array as a variable of a group, and holds nothing of the file open.
+pub fn store<'d, T: H5Type, D: Dimension>(group: &Group, name: &str, values: impl Into<ArrayView<'d, T, D>>) {
+    let builder = group.new_dataset_builder();
+    builder.with_data(values).create(name).unwrap();
 }
 
 fn in_mode(path: &Path, mode: OpenMode) -> Result<File> {

@@ -1,5 +1,6 @@
 //! The closed form of stick against the independent multiprecision states (data/truth).
 
+use crate::common::json::*;
 use crate::common::truth;
 use num_rational::BigRational;
 use stickslip::model::closed_form::ClosedForm;
@@ -25,8 +26,8 @@ fn multiprecision_sticks_change_the_rotor_speed_without_bias() {
         let system = SystemEquations::new(&System::from(&parameters));
         let trains = ClosedForm::default();
         let trains = trains.of(&system, Mode::Stick).unwrap();
-        let events = json["events"].as_array().unwrap();
-        let exact = |value: &serde_json::Value| -> BigRational { rational(value.as_str().unwrap()).unwrap() };
+        let events = json["events"].list();
+        let exact = |value: &serde_json::Value| -> BigRational { rational(value.text()).unwrap() };
         let mut sticks = 0;
         let (mut sum, mut worst) = (0.0f64, 0.0f64);
         for pair in events.windows(2).filter(|pair| pair[0]["kind"] == "stick") {

@@ -1,6 +1,7 @@
 //! The oracle against the independent multiprecision code (data/truth): every event and every sample.
 
 use crate::common::cases::{by_oracle, errors, exact, exact_events, parsed, recorded};
+use crate::common::json::*;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use std::time::Duration;
@@ -15,9 +16,9 @@ fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleRep
     let path = format!("{}/data/truth/{truth}.json", env!("CARGO_MANIFEST_DIR"));
     let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let exact = exact(&CaseSource::built_in(case).unwrap(), &[]);
-    let samples = truth["samples"].as_array().unwrap().iter();
+    let samples = truth["samples"].list().iter();
     let times = samples.map(|sample| decimal(&sample["time"])).collect();
-    let end = truth["parameters"]["t_end"].as_str().unwrap();
+    let end = truth["parameters"]["t_end"].text();
     let report = by_oracle(&exact, digits, end, times);
     (truth, report)
 }
@@ -39,9 +40,9 @@ fn digits(value: &ExactDouble, expected: &BigRational, scale: &BigRational) -> f
 /// The least number of digits to which all event times and all states agree: (times, states).
 fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
     let events: Vec<_> = report.events.iter().filter(|e| e.kind.in_event_sequence()).collect();
-    let expected = truth["events"].as_array().unwrap();
+    let expected = truth["events"].list();
     let kinds: Vec<_> = events.iter().map(|e| e.kind.name()).collect();
-    let expected_kinds: Vec<_> = expected.iter().map(|e| e["kind"].as_str().unwrap()).collect();
+    let expected_kinds: Vec<_> = expected.iter().map(|e| e["kind"].text()).collect();
     assert_eq!(kinds, expected_kinds);
     let (mut times, mut states) = (f64::INFINITY, f64::INFINITY);
     // An axial velocity is compared with the scale of the ramp's, 4e-5 m/s, not with the remainder after thousands of
@@ -49,7 +50,7 @@ fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
     let least = rational("1e-5").expect("a decimal");
     let largest = |name: &str| {
         let events = expected.iter().map(|e| &e["state_after"][name]);
-        let samples = truth["samples"].as_array().unwrap().iter().map(|s| &s["state"][name]);
+        let samples = truth["samples"].list().iter().map(|s| &s["state"][name]);
         events
             .chain(samples)
             .map(|x| decimal(x).abs())
@@ -69,10 +70,10 @@ fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
         times = times.min(digits(&event.time, &time, &time));
         compare(&event.state, &expected["state_after"]);
     }
-    for ((_, state), expected) in report.samples.iter().zip(truth["samples"].as_array().unwrap()) {
+    for ((_, state), expected) in report.samples.iter().zip(truth["samples"].list()) {
         compare(state, &expected["state"]);
     }
-    assert_eq!(report.samples.len(), truth["samples"].as_array().unwrap().len());
+    assert_eq!(report.samples.len(), truth["samples"].list().len());
     println!("{times:.1} digits of times, {states:.1} digits of states");
     (times, states)
 }
@@ -219,7 +220,7 @@ fn multiprecision_units_are_converted_exactly() {
         ("J", &exact.stator.inertia[0]),
         ("r", &exact.radius),
     ] {
-        let printed = truth["parameters"][name].as_str().unwrap();
+        let printed = truth["parameters"][name].text();
         let digits = printed.chars().filter(char::is_ascii_digit).count();
         let found = rational(&stickslip::oracle::decimal(value, digits));
         assert_eq!(found, rational(printed), "{name}");

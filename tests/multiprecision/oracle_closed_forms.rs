@@ -1,7 +1,6 @@
 //! The oracle against closed forms and plain doubles. Numbers of the literature: `published/problems`.
 
 use crate::common::random_brakes::Random;
-use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::Zero;
 use std::f64::consts::{PI, TAU};
@@ -11,7 +10,9 @@ use stickslip::model::system::{
     Bristles, ContactLaw, End, ExactSystem, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train,
 };
 use stickslip::model::{BreakawayTest, ExactLaw, KickTime, Mode, nearest_double};
-use stickslip::oracle::{self, ExactDouble, OracleOptions, OracleReport, OracleRequest, OracleState, rational};
+use stickslip::oracle::{
+    self, ExactDouble, OracleEvent, OracleOptions, OracleReport, OracleRequest, OracleState, rational,
+};
 use stickslip::record::EventKind::{
     self, Contact, Corner, Destabilised, Restabilised, Reversal, Separation, Slip, Stick,
 };
@@ -95,6 +96,19 @@ fn regularised(function: Smoothing, speed: &str) -> ContactLaw<Real> {
     ContactLaw::Regularised(Regularisation { function, speed })
 }
 
+fn torque(signal: Drive<Real>, on: usize) -> Option<Torque<Real>> {
+    Some(Torque { signal, on })
+}
+
+/// amplitude cos(omega t) with a period beyond any run, so that it is almost constant.
+fn constant(mean: &str, amplitude: &str, from: &str) -> Wave<Real> {
+    Wave {
+        mean: r(mean),
+        from: Some(r(from)),
+        ..cosine(amplitude, Frequency::Angular(r("1e-30")))
+    }
+}
+
 fn flywheel(inertia: &str) -> Train<Real> {
     train(&[inertia], &[], &[], End::Free)
 }
@@ -152,14 +166,18 @@ fn threshold(parameters: &ExactSystem) -> Option<Real> {
     }
 }
 
-fn sampled(parameters: &ExactSystem, digits: u32, end: &str, samples: &[Real]) -> OracleReport {
-    let options = OracleOptions {
+fn options(parameters: &ExactSystem, digits: u32, end: &str, samples: &[Real]) -> OracleOptions {
+    OracleOptions {
         digits,
         end_time: r(end),
         sample_times: samples.to_vec(),
         threshold: threshold(parameters),
         ..OracleOptions::default()
-    };
+    }
+}
+
+fn sampled(parameters: &ExactSystem, digits: u32, end: &str, samples: &[Real]) -> OracleReport {
+    let options = options(parameters, digits, end, samples);
     oracle::run(parameters, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
@@ -237,8 +255,7 @@ fn braking(relative_velocity: &str) -> ExactSystem {
     problem.initial.rotor_speed = list(&["1.5", "1.5"]);
     problem.kicks = vec![Kick {
         time: KickTime::Instability,
-        relative_velocity: r(relative_velocity),
-        on: KickSide::Both,
+        ..kick("0", relative_velocity, KickSide::Both)
     }];
     problem
 }
@@ -248,19 +265,11 @@ fn braking(relative_velocity: &str) -> ExactSystem {
 #[test]
 fn analytic_instability_of_unequal_surfaces() {
     let report = run(&braking("1e-4"), 25, "0.1");
-    assert_eq!(
-        kinds(&report)[..2],
-        [Destabilised, EventKind::Kick],
-        "{:?}",
-        kinds(&report)
-    );
+    assert_eq!(kinds(&report)[..2], [Destabilised, EventKind::Kick]);
     let [lost, kick] = [&report.events[0], &report.events[1]];
     assert_eq!(lost.time.to_decimal(25), kick.time.to_decimal(25));
-    near_double(
-        &kick.state.relative_velocity,
-        lost.state.relative_velocity.to_f64() + 1e-4,
-        1e-14,
-    );
+    let kicked = lost.state.relative_velocity.to_f64() + 1e-4;
+    near_double(&kick.state.relative_velocity, kicked, 1e-14);
     let impedance = |omega: f64| {
         let of = |inertia: f64, damping: f64, stiffness: f64| {
             nalgebra::Complex::new(damping, omega * inertia - stiffness / omega)
@@ -289,10 +298,7 @@ fn analytic_instability_of_unequal_surfaces() {
 #[test]
 fn analytic_no_instability_where_nothing_is_watched() {
     let mut driven = braking("1e-4");
-    driven.rotor.torque = Some(Torque {
-        signal: value("1"),
-        on: 1,
-    });
+    driven.rotor.torque = torque(value("1"), 1);
     let unwatched = OracleOptions {
         stability: false,
         ..OracleOptions::default()
@@ -443,12 +449,9 @@ fn analytic_speeds_under_signals() {
         0.5 * t + integral(t.clamp(0.3, 2.0)) - integral(0.3)
     };
     let chirp = |start: &str, end: &str, duration: &str| {
+        let [start, end, duration] = [start, end, duration].map(r);
         Drive::Wave(Wave {
-            frequency: Frequency::Sweep {
-                start: r(start),
-                end: r(end),
-                duration: r(duration),
-            },
+            frequency: Frequency::Sweep { start, end, duration },
             from: None,
             to: None,
             ..wave.clone()
@@ -483,7 +486,7 @@ fn analytic_speeds_under_signals() {
     ];
     for (signal, expected, corners) in cases {
         let mut rotor = flywheel("4");
-        rotor.torque = Some(Torque { signal, on: 0 });
+        rotor.torque = torque(signal, 0);
         let problem = problem(rotor, rigid(End::Fixed), value("0"), "1", coulomb("1"));
         let times = list(&["0", "0.2", "0.7", "1.6", "2.5", "4"]);
         let report = sampled(&problem, 30, "5", &times);
@@ -521,10 +524,10 @@ fn analytic_a_driven_dashpot() {
 #[test]
 fn analytic_a_belt_that_jumps() {
     let wave = |from: &str, to: &str, amplitude: &str| {
+        let to = Some(r(to));
         Drive::Wave(Wave {
-            from: Some(r(from)),
-            to: Some(r(to)),
-            ..cosine(amplitude, Frequency::Angular(r("1e-30")))
+            to,
+            ..constant("0", amplitude, from)
         })
     };
     // The speeds 0, 2, -1 and 0 are almost constant.
@@ -548,24 +551,20 @@ fn analytic_a_belt_that_jumps() {
 /// A kick on one surface, in slip and in stick, where both surfaces take its momentum.
 #[test]
 fn analytic_kicks_on_one_side() {
-    let kick = |time: &str, on| kick(time, "1", on);
     let (rotor, stator) = (flywheel("1"), flywheel("3"));
-    let mut pair = problem(
-        rotor,
-        stator,
-        table(&["0", "4", "4.5"], &["0", "0", "12"]),
-        "1",
-        coulomb("1"),
-    );
+    let force = table(&["0", "4", "4.5"], &["0", "0", "12"]);
+    let mut pair = problem(rotor, stator, force, "1", coulomb("1"));
     pair.initial.rotor_speed = list(&["4"]);
-    pair.kicks = vec![
-        kick("1", KickSide::Rotor),
-        kick("2", KickSide::Stator),
-        kick("3", KickSide::Both),
-        kick("8", KickSide::Rotor),
-        kick("9", KickSide::Stator),
-        kick("10", KickSide::Both),
+    use KickSide::{Both, Rotor, Stator};
+    let kicks = [
+        ("1", Rotor),
+        ("2", Stator),
+        ("3", Both),
+        ("8", Rotor),
+        ("9", Stator),
+        ("10", Both),
     ];
+    pair.kicks = kicks.map(|(time, on)| kick(time, "1", on)).to_vec();
     let report = run(&pair, 40, "11");
     let expected = [
         (EventKind::Kick, "5", "0"),
@@ -598,34 +597,25 @@ fn analytic_contact_and_separation_under_a_given_force() {
         pair.initial.rotor_speed = list(&["1000"]);
         pair
     };
+    let turns = [(Contact, "1"), (Corner, "2"), (Separation, "3"), (Corner, "4")];
+    let rests = [
+        (Corner, "0.1"),
+        (Separation, "0.1"),
+        (Corner, "0.3"),
+        (Contact, "0.3"),
+        (Corner, "0.7"),
+    ];
+    let touches = [(Corner, "0.1"), (Corner, "0.7")];
     for (time, value, expected) in [
-        (
-            vec!["0", "2", "4"],
-            vec!["-1", "1", "-1"],
-            vec![(Contact, "1"), (Corner, "2"), (Separation, "3"), (Corner, "4")],
-        ),
-        (
-            vec!["0", "0.1", "0.3", "0.7"],
-            vec!["1", "0", "0", "1"],
-            vec![
-                (Corner, "0.1"),
-                (Separation, "0.1"),
-                (Corner, "0.3"),
-                (Contact, "0.3"),
-                (Corner, "0.7"),
-            ],
-        ),
-        (
-            vec!["0", "0.1", "0.7"],
-            vec!["1", "0", "1"],
-            vec![(Corner, "0.1"), (Corner, "0.7")],
-        ),
+        (&["0", "2", "4"][..], &["-1", "1", "-1"][..], &turns[..]),
+        (&["0", "0.1", "0.3", "0.7"], &["1", "0", "0", "1"], &rests),
+        (&["0", "0.1", "0.7"], &["1", "0", "1"], &touches),
     ] {
-        let report = run(&pair(table(&time, &value)), 40, "5");
+        let report = run(&pair(table(time, value)), 40, "5");
         print(&report);
         let kinds: Vec<_> = expected.iter().map(|(kind, _)| *kind).collect();
         assert_eq!(self::kinds(&report), kinds);
-        for (event, (_, time)) in report.events.iter().zip(&expected) {
+        for (event, (_, time)) in report.events.iter().zip(expected) {
             near(&event.time, time, 1e-35);
         }
     }
@@ -637,12 +627,8 @@ fn analytic_contact_and_separation_under_a_given_force() {
     };
     let report = run(&pair(Drive::Wave(wave)), 40, "2");
     assert_eq!(kinds(&report), [Contact, Separation, Contact, Separation]);
-    for (event, twelfths) in report.events.iter().zip([1, 5, 13, 17]) {
-        near_exact(
-            &event.time,
-            &BigRational::new(BigInt::from(twelfths), BigInt::from(12)),
-            1e-36,
-        );
+    for (event, twelfths) in report.events.iter().zip(["1", "5", "13", "17"]) {
+        near_exact(&event.time, &(r(twelfths) / r("12")), 1e-36);
     }
 }
 
@@ -656,11 +642,8 @@ fn analytic_bristles_by_runge_and_kutta() {
     belt.contact = bristles("100", "5", "0.4");
     let times: Vec<Real> = (1..=12).map(|k| r(&format!("{k}"))).collect();
     let options = OracleOptions {
-        digits: 30,
-        end_time: r("12.5"),
-        sample_times: times,
         threshold: Some(r("0.01")),
-        ..OracleOptions::default()
+        ..options(&belt, 30, "12.5", &times)
     };
     let report = oracle::run(&belt, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     print(&report);
@@ -714,7 +697,7 @@ fn analytic_a_mass_on_an_accelerated_surface() {
             let report = run(&problem, 40, "0.1");
             assert_eq!(kinds(&report), [Slip]);
             let event = &report.events[0];
-            near_exact(&event.time, &BigRational::new(BigInt::from(1), BigInt::from(12)), 1e-36);
+            near_exact(&event.time, &(r("1") / r("12")), 1e-36);
             assert_eq!(event.mode_after == kind, !mirrored);
         }
     }
@@ -723,18 +706,9 @@ fn analytic_a_mass_on_an_accelerated_surface() {
 /// A torque that sets in at once exceeds a stick's limit; a force that does so opens and closes a contact at once.
 #[test]
 fn analytic_signals_that_jump() {
-    let jump = |mean: &str, amplitude: &str, from: &str| {
-        Drive::Wave(Wave {
-            mean: r(mean),
-            from: Some(r(from)),
-            ..cosine(amplitude, Frequency::Angular(r("1e-30")))
-        })
-    };
+    let jump = |mean: &str, amplitude: &str, from: &str| Drive::Wave(constant(mean, amplitude, from));
     let mut rotor = flywheel("2");
-    rotor.torque = Some(Torque {
-        signal: jump("0.5", "-3", "1"),
-        on: 0,
-    });
+    rotor.torque = torque(jump("0.5", "-3", "1"), 0);
     let mut block = problem(rotor, rigid(End::Fixed), jump("1", "-1.5", "4"), "1", coulomb("0.5"));
     block.pressing = Pressing::Force(Drive::Sum(vec![jump("1", "-1.5", "4"), jump("0", "2.5", "5")]));
     let report = run(&block, 40, "6");
@@ -754,9 +728,8 @@ fn analytic_signals_that_jump() {
 #[test]
 fn analytic_a_drive_that_jumps_behind_a_shaft() {
     let speed = Drive::Wave(Wave {
-        from: Some(r("1")),
         to: Some(r("2")),
-        ..cosine("4", Frequency::Angular(r("1e-30")))
+        ..constant("0", "4", "1")
     });
     let rotor = train(&["2"], &["0"], &["0.5"], End::Driven(speed));
     let block = problem(rotor, rigid(End::Fixed), value("1"), "1", coulomb("1"));
@@ -786,12 +759,8 @@ fn analytic_a_kick_breaks_a_stick_by_its_dashpot() {
         let report = run(&pair, 40, "1.1");
         // T_f = 3/2 times the common speed, delta/2.
         assert_eq!(kinds(&report), expected);
-        assert!(
-            report
-                .events
-                .iter()
-                .all(|event| event.state.relative_velocity.to_f64() == 0.0)
-        );
+        let sticks = |event: &OracleEvent| event.state.relative_velocity.to_f64() == 0.0;
+        assert!(report.events.iter().all(sticks));
     }
 }
 
@@ -815,10 +784,9 @@ impl Plain<'_> {
                     Frequency::Sweep { .. } => panic!("none of these"),
                 };
                 let angle = omega * t + nearest_double(&wave.phase);
-                let shape = if wave.shape == HarmonicShape::Sine {
-                    angle.sin()
-                } else {
-                    angle.cos()
+                let shape = match wave.shape {
+                    HarmonicShape::Sine => angle.sin(),
+                    HarmonicShape::Cosine => angle.cos(),
                 };
                 nearest_double(&wave.mean) + nearest_double(&wave.amplitude) * shape
             }
@@ -870,11 +838,8 @@ impl Plain<'_> {
             };
             let mut sums: Vec<f64> = (0..n).map(|i| -nearest_double(&train.viscous[i]) * speeds[i]).collect();
             for i in 0..train.stiffness.len() {
-                let (angle, speed) = if i + 1 < n {
-                    (angles[i + 1], speeds[i + 1])
-                } else {
-                    (y[2 * n], end)
-                };
+                let far = (y[2 * n], end);
+                let (angle, speed) = if i + 1 < n { (angles[i + 1], speeds[i + 1]) } else { far };
                 let shaft = nearest_double(&train.stiffness[i]) * (angle - angles[i])
                     + nearest_double(&train.damping[i]) * (speed - speeds[i]);
                 sums[i] += shaft;
@@ -928,23 +893,22 @@ fn property_engaged_contacts_by_runge_and_kutta() {
         ..law("table")
     };
     type Named = (ExactLaw, Box<dyn Fn(f64) -> f64>);
+    let named = |text, of: fn(f64) -> f64| -> Named { (law(text), Box::new(of)) };
     let laws: Vec<Named> = vec![
-        (
-            law("exponential low_speed=0.5 high_speed=0.3 decay=2"),
-            Box::new(|x| 0.3 + 0.2 * (-2.0 * x).exp()),
+        named("exponential low_speed=0.5 high_speed=0.3 decay=2", |x| {
+            0.3 + 0.2 * (-2.0 * x).exp()
+        }),
+        named("coulomb kinetic=0.4", |_| 0.4),
+        named("hyperbolic low_speed=0.5 high_speed=0.3 scale=0.5", |x| {
+            0.3 + 0.2 / (1.0 + x / 0.5)
+        }),
+        named(
+            "stribeck low_speed=0.5 high_speed=0.3 scale=0.5 exponent=2 viscous=0.05",
+            |x| 0.3 + 0.2 * (-(x / 0.5) * (x / 0.5)).exp() + 0.05 * x,
         ),
-        (coulomb("0.4"), Box::new(|_| 0.4)),
-        (
-            law("hyperbolic low_speed=0.5 high_speed=0.3 scale=0.5"),
-            Box::new(|x| 0.3 + 0.2 / (1.0 + x / 0.5)),
-        ),
-        (
-            law("stribeck low_speed=0.5 high_speed=0.3 scale=0.5 exponent=2 viscous=0.05"),
-            Box::new(|x| 0.3 + 0.2 * (-(x / 0.5) * (x / 0.5)).exp() + 0.05 * x),
-        ),
-        (
-            law("polynomial low_speed=0.5 linear=-0.1 quadratic=0.01 cubic=0.002 valid_below=50"),
-            Box::new(|x| 0.5 - 0.1 * x + 0.01 * x * x + 0.002 * x * x * x),
+        named(
+            "polynomial low_speed=0.5 linear=-0.1 quadratic=0.01 cubic=0.002 valid_below=50",
+            |x| 0.5 - 0.1 * x + 0.01 * x * x + 0.002 * x * x * x,
         ),
         (
             points,
@@ -964,10 +928,7 @@ fn property_engaged_contacts_by_runge_and_kutta() {
         ] {
             let mut rotor = train(&["0.5", "2", "1"], &["300", "40"], &["0.1", "0.5"], End::Free);
             rotor.viscous = list(&["0.01", "0", "0.3"]);
-            rotor.torque = Some(Torque {
-                signal: wave("2", "8", "0.4", HarmonicShape::Cosine),
-                on: 1,
-            });
+            rotor.torque = torque(wave("2", "8", "0.4", HarmonicShape::Cosine), 1);
             let drive = wave("0.1", "0.3", "0.7", HarmonicShape::Sine);
             let mut stator = train(&["0.4", "1"], &["200", "90"], &["0.05", "0.1"], End::Driven(drive));
             stator.viscous = list(&["0.02", "0.2"]);
@@ -1121,8 +1082,10 @@ fn multiprecision_more_digits_change_nothing() {
 
 /// The same system from the other side: rotor and stator exchanged, and every speed and torque reversed.
 fn mirrored(problem: &ExactSystem) -> ExactSystem {
+    fn opposite(values: &[Real]) -> Vec<Real> {
+        values.iter().map(|x| -x).collect()
+    }
     fn reversed(drive: &Drive<Real>) -> Drive<Real> {
-        let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
         match drive {
             Drive::Value(value) => Drive::Value(-value),
             Drive::Sum(drives) => Drive::Sum(drives.iter().map(reversed).collect()),
@@ -1131,14 +1094,14 @@ fn mirrored(problem: &ExactSystem) -> ExactSystem {
                 amplitude: -&wave.amplitude,
                 ..wave.clone()
             }),
-            Drive::Linear(Signal::TimeTable(table)) => Drive::Linear(Signal::TimeTable(TimeTable {
-                time: table.time.clone(),
-                value: opposite(&table.value),
-            })),
-            Drive::Linear(Signal::Ramp(ramp)) => Drive::Linear(Signal::Ramp(Ramp {
-                value: -&ramp.value,
-                rise_time: ramp.rise_time.clone(),
-            })),
+            Drive::Linear(Signal::TimeTable(TimeTable { time, value })) => {
+                let (time, value) = (time.clone(), opposite(value));
+                Drive::Linear(Signal::TimeTable(TimeTable { time, value }))
+            }
+            Drive::Linear(Signal::Ramp(Ramp { value, rise_time })) => {
+                let (value, rise_time) = (-value, rise_time.clone());
+                Drive::Linear(Signal::Ramp(Ramp { value, rise_time }))
+            }
         }
     }
     let of = |train: &Train<Real>| Train {
@@ -1152,7 +1115,14 @@ fn mirrored(problem: &ExactSystem) -> ExactSystem {
         }),
         ..train.clone()
     };
-    let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
+    let mirror = |kick: &Kick<Real>| Kick {
+        on: match kick.on {
+            KickSide::Both => KickSide::Both,
+            KickSide::Rotor => KickSide::Stator,
+            KickSide::Stator => KickSide::Rotor,
+        },
+        ..kick.clone()
+    };
     let initial = &problem.initial;
     ExactSystem {
         rotor: of(&problem.stator),
@@ -1163,18 +1133,7 @@ fn mirrored(problem: &ExactSystem) -> ExactSystem {
             stator_twist: initial.rotor_twist.clone(),
             stator_speed: opposite(&initial.rotor_speed),
         },
-        kicks: problem
-            .kicks
-            .iter()
-            .map(|kick| Kick {
-                on: match kick.on {
-                    KickSide::Both => KickSide::Both,
-                    KickSide::Rotor => KickSide::Stator,
-                    KickSide::Stator => KickSide::Rotor,
-                },
-                ..kick.clone()
-            })
-            .collect(),
+        kicks: problem.kicks.iter().map(mirror).collect(),
         ..problem.clone()
     }
 }
@@ -1186,11 +1145,7 @@ fn random_trains(index: u64) -> ExactSystem {
     let mut within = |low: f64, high: f64| random.within(low, high);
     let signal = |within: &mut dyn FnMut(f64, f64) -> f64, mean: f64, size: f64| {
         let wave = |within: &mut dyn FnMut(f64, f64) -> f64| Wave {
-            shape: if within(0.0, 1.0) < 0.5 {
-                HarmonicShape::Sine
-            } else {
-                HarmonicShape::Cosine
-            },
+            shape: [HarmonicShape::Cosine, HarmonicShape::Sine][usize::from(within(0.0, 1.0) < 0.5)],
             mean: number(mean),
             amplitude: number(size * within(0.2, 1.0)),
             frequency: Frequency::Cycles(number(within(0.1, 3.0))),
@@ -1252,12 +1207,8 @@ fn random_trains(index: u64) -> ExactSystem {
     let breakaway = if within(0.0, 1.0) < 0.5 { "0.5" } else { "0.6" };
     let mut problem = problem(rotor, stator, force, breakaway, law);
     problem.radius = r("0.3");
-    for speed in problem
-        .initial
-        .rotor_speed
-        .iter_mut()
-        .chain(&mut problem.initial.stator_speed)
-    {
+    let initial = &mut problem.initial;
+    for speed in initial.rotor_speed.iter_mut().chain(&mut initial.stator_speed) {
         *speed = number(within(-1.0, 1.0));
     }
     problem.kicks = [KickSide::Both, KickSide::Rotor, KickSide::Stator]

@@ -1,11 +1,12 @@
 //! Closed forms of stick and separation, compared with Taylor series.
 
+use crate::common::systems::{self, exponential, pair, wave};
 use proptest::prelude::*;
 use std::sync::Arc;
-use stickslip::friction::{Exponential, FrictionLaw};
+use stickslip::friction::FrictionLaw;
 use stickslip::hybrid::{Advance, ChosenSolver, Engine, EngineSegment, SolverKind};
 use stickslip::model::equations::{ANGLE, DAMPING_LOSS, FRICTION_LOSS, WORK};
-use stickslip::model::system::{ContactLaw, End, Initial, Pressing, System, Torque, Train};
+use stickslip::model::system::{End, Pressing, System, Torque, Train};
 use stickslip::model::{BreakawayTest, Mode};
 use stickslip::signal::{Drive, Frequency, HarmonicShape, Wave};
 use stickslip::simulation::series::TaylorEngine;
@@ -14,31 +15,11 @@ use stickslip::sundials::Tolerances;
 
 /// Constant friction, so that no rate of slip is the fastest rate of a system under a large force.
 fn law() -> FrictionLaw {
-    FrictionLaw::from(Exponential {
-        low_speed: 0.5,
-        high_speed: 0.5,
-        decay: 2.0,
-    })
+    exponential(0.5, 0.5, 2.0).into()
 }
 
 fn of_chains(rotor: Train, stator: Train, force: Drive) -> System {
-    System {
-        initial: Initial {
-            rotor_twist: vec![0.0; rotor.shafts()],
-            rotor_speed: vec![0.0; rotor.inertia.len()],
-            stator_twist: vec![0.0; stator.shafts()],
-            stator_speed: vec![0.0; stator.inertia.len()],
-        },
-        rotor,
-        stator,
-        radius: 1.0,
-        pressing: Pressing::Force(force),
-        breakaway: 0.5,
-        breakaway_test: BreakawayTest::Transmitted,
-        law: law(),
-        contact: ContactLaw::StickSlip,
-        kicks: Vec::new(),
-    }
+    pair(rotor, stator, Pressing::Force(force), law())
 }
 
 /// A train of up to three inertias. All of them draw their shaft, bearing and torque from the same ranges.
@@ -282,25 +263,12 @@ proptest! {
 /// A stick whose motion has died takes one step to any time under a constant force, and also under a ripple.
 #[test]
 fn analytic_a_stick_that_never_ends_is_one_step() {
-    let block = Train {
-        inertia: vec![1.0],
-        stiffness: vec![1e6],
-        damping: vec![10.0],
-        viscous: vec![0.0],
-        end: End::Fixed,
-        torque: Some(Torque {
-            signal: Drive::Value(2.0),
-            on: 0,
-        }),
-    };
+    let mut block = systems::train(&[1.0], &[1e6], &[10.0], End::Fixed);
+    let signal = Drive::Value(2.0);
+    block.torque = Some(Torque { signal, on: 0 });
     let force = Drive::Wave(Wave {
-        shape: HarmonicShape::Sine,
         mean: 20.0,
-        amplitude: 10.0,
-        frequency: Frequency::Angular(3.0),
-        phase: 0.0,
-        from: None,
-        to: None,
+        ..wave(HarmonicShape::Sine, 10.0, Frequency::Angular(3.0), 0.0)
     });
     let two = of_chains(block.clone(), block, force);
     let dynamics = Arc::new(SystemDynamics::new(&two, 0.0));

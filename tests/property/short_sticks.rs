@@ -1,9 +1,9 @@
 //! Sticks far shorter than a step are found, whatever the length of the steps.
 
+use crate::common::systems::{ramp, table};
 use crate::common::{event_sequence, output, run, truth};
 use stickslip::model::{DiskKick, KickTime, Parameters};
 use stickslip::record::EventKind;
-use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, SolverOptions};
 
 fn paper_si(relative_velocity: f64) -> Parameters {
@@ -39,10 +39,7 @@ fn property_a_first_stick_that_hardly_is_one_is_found() {
     for relative_velocity in [1.0766e-4, 1.0767e-4, 1.07675e-4, 1.0769023365453122e-4, 1.07705e-4] {
         let mut parameters = paper_si(relative_velocity);
         parameters.initial.speed = 1.0;
-        parameters.actuation = Signal::Ramp(Ramp {
-            value: 2225.0,
-            rise_time: 0.001,
-        });
+        parameters.actuation = ramp(2225.0, 0.001);
         // The onset of the last case is at the grazing first dip. The amplified rounding is 1e-11 s.
         check(&parameters, 0.06, &SolverOptions::default(), 1e-6, 1e-8);
     }
@@ -53,10 +50,7 @@ fn property_a_first_stick_that_hardly_is_one_is_found() {
 fn property_sticks_are_found_down_to_the_shortest() {
     let mut parameters = paper_si(0.5);
     parameters.initial.speed = 0.4;
-    parameters.actuation = Signal::TimeTable(TimeTable {
-        time: vec![0.0, 0.1],
-        value: vec![500.0, 0.0],
-    });
+    parameters.actuation = table(&[0.0, 0.1], &[500.0, 0.0]);
     parameters.friction.law.set_number("decay", 1.85);
     parameters.torsion.damping = 13.3;
     let methods = [

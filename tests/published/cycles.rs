@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip::Watch;
 use stickslip::case::{Case, CaseSource, WrittenCase};
-use stickslip::continuation::{Continuation, ContinuationStudy, EndReason, Explored, Special, Stored};
+use stickslip::continuation::{Branch, Continuation, ContinuationStudy, EndReason, Explored, Special, Stored};
 use stickslip::cycle::{
     Border, CycleSearch, CycleStability, EnclosedEvent, Family, From, MultiplierKind, Orbit, certify, find,
 };
@@ -25,6 +25,12 @@ fn forced(belt: &str, damping: f64, force: f64, omega: f64, friction: &str) -> S
          torque = {{ profile = 'cosine', amplitude = {force:?}, angular_frequency = {omega:?} }}\n[contact]\nnormal_force = 1.0\n\
          [friction]\n{friction}\n[output]\nend_time = 300.0\n"
     )
+}
+
+/// The same on the ground with Coulomb friction: coefficients of breakaway and of sliding.
+fn on_the_ground(damping: f64, force: f64, omega: f64, (breakaway, kinetic): (f64, f64)) -> String {
+    let law = format!("law = 'coulomb'\nbreakaway = {breakaway:?}\nkinetic = {kinetic:?}");
+    forced("end = 'fixed'", damping, force, omega, &law)
 }
 
 /// Oscillator of di Bernardo, Kowalczyk and Nordmark, Sliding bifurcations: a novel mechanism for the sudden onset of
@@ -71,11 +77,8 @@ fn analytic_leine_s_belt_has_its_period_and_a_multiplier_of_zero() {
     let orbit = found(&built_in("belt-leine"), &[]);
     near(orbit.period, 12.00103129483057865, 4e-16);
     near(orbit.position.1, 1.133944676441656840, 1e-15);
-    near(
-        orbit.amplitude,
-        0.5 * (1.13394467644165684 + 0.55543269006023160632),
-        1e-14,
-    );
+    let amplitude = 0.5 * (1.13394467644165684 + 0.55543269006023160632);
+    near(orbit.amplitude, amplitude, 1e-14);
     let kinds: Vec<_> = orbit.multipliers.iter().map(|one| one.kind).collect();
     assert_eq!(kinds, [MultiplierKind::Along, MultiplierKind::Stick]);
     assert_eq!(orbit.stability, CycleStability::Stable);
@@ -98,13 +101,7 @@ fn property_a_motion_without_a_position_has_no_amplitude() {
 
 #[test]
 fn analytic_coulomb_oscillator_in_closed_form() {
-    let text = forced(
-        "end = 'fixed'",
-        0.1,
-        1.5,
-        0.9,
-        "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0",
-    );
+    let text = on_the_ground(0.1, 1.5, 0.9, (1.1, 1.0));
     let orbit = found(&source(&text), &[]);
     near(orbit.amplitude, 2.420236350574373275776, 1e-14);
     let multipliers = free(&orbit);
@@ -136,29 +133,12 @@ fn published_den_hartog_amplitudes_and_the_birth_of_a_stick() {
         (0.6, 0.3, 1.535601809280865189),
     ] {
         // From rest; friction damps the transient.
-        let text = forced(
-            "end = 'fixed'",
-            0.0,
-            1.0,
-            beta,
-            &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
-        );
-        let orbit = found(&source(&text), &[]);
+        let orbit = found(&source(&on_the_ground(0.0, 1.0, beta, (q, q))), &[]);
         near(orbit.amplitude, amplitude, 1e-11);
         // The two slips are equal: neither vanishes before the other.
         assert!(orbit.nearest.is_none_or(|nearest| nearest.border == Border::Reversal));
     }
-    let beta = 0.8;
-    let on = |q: f64| {
-        forced(
-            "end = 'fixed'",
-            0.1 * 2.0,
-            1.0,
-            beta,
-            &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
-        )
-    };
-    let text = on(0.6);
+    let text = on_the_ground(0.1 * 2.0, 1.0, 0.8, (0.6, 0.6));
     let study = "case = 'case.toml'\n[[axis]]\nkey = ['friction.kinetic', 'friction.breakaway']\nfrom = 0.6\nto = 0.7\n[branch]\ndirection = 'up'\n";
     let explored = explored(&text, study);
     let birth = special_points(&explored, Special::Border(Border::Reversal));
@@ -173,14 +153,7 @@ fn analytic_two_stops_a_period() {
         (0.8, 0.2, 0.8, 0.502217266241197081),
         (0.5, 0.2, 0.8, 0.204990087586162205),
     ] {
-        let text = forced(
-            "end = 'fixed'",
-            damping,
-            1.0,
-            beta,
-            &format!("law = 'coulomb'\nbreakaway = {q:?}\nkinetic = {q:?}"),
-        );
-        let orbit = found(&source(&text), &[]);
+        let orbit = found(&source(&on_the_ground(damping, 1.0, beta, (q, q))), &[]);
         near(free(&orbit)[0].0, multiplier, 1e-8);
         assert_eq!(orbit.sticks, 2);
         assert_eq!(orbit.multipliers.last().unwrap().kind, MultiplierKind::Stick);
@@ -192,13 +165,7 @@ fn analytic_two_stops_a_period() {
 fn multiprecision_multipliers_are_those_of_differences_of_the_oracle() {
     use num_rational::BigRational;
     use stickslip::oracle::{OracleOptions, run};
-    let text = forced(
-        "end = 'fixed'",
-        0.1,
-        1.5,
-        0.9,
-        "law = 'coulomb'\nbreakaway = 1.1\nkinetic = 1.0",
-    );
+    let text = on_the_ground(0.1, 1.5, 0.9, (1.1, 1.0));
     let orbit = found(&source(&text), &[]);
     let case = orbit.case(&family(&source(&text), &[])).unwrap();
     let exact = Case::exact(&source(&case.resolved()), &[]).unwrap();
@@ -278,15 +245,16 @@ fn property_a_case_without_a_cycle_says_why() {
     let stops = Family::new(WrittenCase::read(&built_in("paper"), &[]).unwrap(), &[]);
     let says = |error: Error, why: &str| assert!(error.message.contains(why), "{error}");
     says(stops.unwrap_err(), "nothing drives this system");
-    let sticks = find(&family(&built_in("clutch"), &[]), &[], &CycleSearch::default(), &|| {
-        false
-    });
-    says(sticks.unwrap_err(), "the contact sticks from");
-    let steady = family(
-        &built_in("belt-exponential"),
-        &["rotor.speed=1.0", "output.end_time=100"],
-    );
-    let steady = find(&steady, &[], &CycleSearch::default(), &|| false);
+    let search = |case: &str, settings: &[&str]| {
+        find(
+            &family(&built_in(case), settings),
+            &[],
+            &CycleSearch::default(),
+            &|| false,
+        )
+    };
+    says(search("clutch", &[]).unwrap_err(), "the contact sticks from");
+    let steady = search("belt-exponential", &["rotor.speed=1.0", "output.end_time=100"]);
     assert!(steady.is_err(), "{steady:?}");
     let initial = CycleSearch {
         from: From::Initial,
@@ -295,12 +263,7 @@ fn property_a_case_without_a_cycle_says_why() {
     let stopped = find(&family(&built_in("belt-leine"), &[]), &[], &initial, &|| true);
     assert!(stopped.unwrap_err().is_interrupted());
     // Fast belts damp every motion.
-    let sliding = find(
-        &family(&built_in("belt-exponential"), &["rotor.speed=0.8"]),
-        &[],
-        &CycleSearch::default(),
-        &|| false,
-    );
+    let sliding = search("belt-exponential", &["rotor.speed=0.8"]);
     says(sliding.unwrap_err(), "the motion decays to steady sliding");
 }
 
@@ -313,8 +276,7 @@ fn explored(case: &str, study: &str) -> Explored {
     let file = folder.path().join("study.h5");
     let report = Continuation::new(&study, &file).start().unwrap();
     let stored = Stored::read(&file).unwrap();
-    let points =
-        |branches: &[stickslip::continuation::Branch]| branches.iter().map(|one| one.points.len()).sum::<usize>();
+    let points = |branches: &[Branch]| branches.iter().map(|one| one.points.len()).sum::<usize>();
     assert_eq!(points(&stored.branches), points(&report.explored.branches));
     report.explored
 }
@@ -329,10 +291,8 @@ fn special_points(explored: &Explored, special: Special) -> Vec<(f64, f64)> {
 fn assert_special_points(explored: &Explored, special: Special, expected: &[f64]) {
     let found = special_points(explored, special);
     for expected in expected {
-        assert!(
-            found.iter().any(|point| (point.0 / expected - 1.0).abs() < 1e-10),
-            "{special:?} at {expected}: {found:?}"
-        );
+        let is_it = |point: &(f64, f64)| (point.0 / expected - 1.0).abs() < 1e-10;
+        assert!(found.iter().any(is_it), "{special:?} at {expected}: {found:?}");
     }
 }
 
@@ -341,10 +301,8 @@ fn assert_special_points(explored: &Explored, special: Special, expected: &[f64]
 #[test]
 fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
     let case = built_in("belt-exponential").text;
-    let explored = explored(
-        &case,
-        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.25\nto = 1.0\n[branch]\nof = ['steady', 'cycle']\n",
-    );
+    let study = over("rotor.speed", 0.25, 1.0, "of = ['steady', 'cycle']");
+    let explored = explored(&case, &study);
     let hopf = special_points(&explored, Special::Hopf);
     assert!(!hopf.is_empty());
     for (value, period) in &hopf {
@@ -358,9 +316,8 @@ fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
     // Between both, an unstable cycle at 0.6 m/s has amplitude 0.0501 m and multiplier 1.4927501228788784728.
     let branches = explored.branches.iter().filter(|branch| !branch.steady);
     let cycles = branches.flat_map(|branch| &branch.points);
-    let slips: Vec<_> = cycles
-        .filter(|point| point.sticks == 0 && point.special.is_none())
-        .collect();
+    let slips = cycles.filter(|point| point.sticks == 0 && point.special.is_none());
+    let slips: Vec<_> = slips.collect();
     assert!(slips.iter().any(|point| point.value > 0.46 && point.value < 0.73));
     for point in &slips {
         assert!(point.value > 0.4605 && point.value < 0.73465);
@@ -370,39 +327,35 @@ fn analytic_exponential_belt_from_its_hopf_point_to_the_graze() {
 
 #[test]
 fn multiprecision_unstable_cycles_of_the_exponential_belt() {
-    for (speed, period, amplitude, multiplier) in [
+    // At the largest position, where the mass is at rest.
+    for (speed, largest, period, amplitude, multiplier) in [
         (
             0.5,
+            0.048210843397187978695,
             0.6287088412229251977,
             0.02557353412307150631,
             1.1281068718477718163,
         ),
         (
             0.6,
+            0.074205939607171986861,
             0.62953347935030078691,
             0.050104746359047572889,
             1.4927501228788784728,
         ),
         (
             0.7,
+            0.093636407615575982705,
             0.63019756507428232106,
             0.068222066521048315825,
             1.926392884739667982,
         ),
     ] {
-        // At the largest position, where the mass is at rest.
-        let largest = [
-            0.048210843397187978695,
-            0.074205939607171986861,
-            0.093636407615575982705,
-        ];
-        let at = largest[[0.5, 0.6, 0.7].iter().position(|one| *one == speed).unwrap()];
-        let settings = [
+        let (speed, twist) = (
             format!("rotor.speed={speed}"),
-            format!("initial.stator_twist={at}"),
-            "initial.stator_speed=0.0".to_owned(),
-        ];
-        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+            format!("initial.stator_twist={largest}"),
+        );
+        let settings = [&speed, &twist, "initial.stator_speed=0.0"];
         let search = CycleSearch {
             from: From::Initial,
             ..CycleSearch::default()
@@ -430,11 +383,8 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
     let mut branches = explored.branches.iter();
     let doubled = branches.find(|branch| branch.multiple == Some(4)).unwrap();
     let (branch, point) = doubled.parent.unwrap();
-    near(
-        doubled.points[0].period,
-        2.0 * explored.branches[branch].points[point].period,
-        1e-15,
-    );
+    let parent = &explored.branches[branch].points[point];
+    near(doubled.points[0].period, 2.0 * parent.period, 1e-15);
     // The multiplier is -1 within 1e-8, the bound of neutral multipliers.
     near(doubled.points[0].spectrum[0].0, 1.0, 1e-8);
     // As published, to the last digit.
@@ -445,10 +395,7 @@ fn published_sliding_bifurcations_of_the_driven_oscillator() {
 
 #[test]
 fn multiprecision_fold_of_cycles_of_a_stribeck_belt() {
-    let explored = explored(
-        STRIBECK,
-        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 0.7\n[branch]\nof = 'steady'\n",
-    );
+    let explored = explored(STRIBECK, &over("rotor.speed", 0.1, 0.7, "of = 'steady'"));
     let hopf = [0.1281470464342835018786, 0.6498581240542824170201];
     assert_special_points(&explored, Special::Hopf, &hopf);
     assert_special_points(&explored, Special::Fold, &[0.65552910037991793708]);
@@ -513,14 +460,9 @@ fn analytic_the_curve_of_the_loss_of_contact() {
         near(point.values[0], point.values[1], 1e-10);
     }
     // A requested curve without any point gives a remark.
-    assert!(
-        explored
-            .remarks
-            .iter()
-            .any(|remark| remark.contains("no curve of flip")),
-        "{:?}",
-        explored.remarks
-    );
+    let remarks = &explored.remarks;
+    let says = |remark: &String| remark.contains("no curve of flip");
+    assert!(remarks.iter().any(says), "{remarks:?}");
 }
 
 /// A mass on a belt under a harmonic normal force. `belt`, `mass` and `pressed` vary.
@@ -573,17 +515,15 @@ fn property_a_branch_keeps_its_direction_where_its_start_moves() {
     let mass = "inertia = [0.738, 1.298142, 1.2647844]\nstiffness = [6.7842, 18.55275174, 3.55017186]\n\
                 damping = [0.6054876570968694, 0.7366968323897609, 0.6507175850820055]";
     let law = "law = 'exponential'\nbreakaway = 0.6517\nlow_speed = 0.6517\nhigh_speed = 0.3835\ndecay = 3.5348";
-    let text =
-        pressed(0.3701, mass, "5.4161", law).replace("stator_speed = 0.3701", "stator_speed = [0.3701, 0.0, 0.0]");
-    let explored = explored(
-        &text,
-        &over(
-            "stator.stiffness.0",
-            2.71368,
-            16.9605,
-            "of = 'steady'\ndirection = 'down'",
-        ),
+    let text = pressed(0.3701, mass, "5.4161", law);
+    let text = text.replace("stator_speed = 0.3701", "stator_speed = [0.3701, 0.0, 0.0]");
+    let study = over(
+        "stator.stiffness.0",
+        2.71368,
+        16.9605,
+        "of = 'steady'\ndirection = 'down'",
     );
+    let explored = explored(&text, &study);
     assert!(explored.remarks.is_empty(), "{:?}", explored.remarks);
 }
 
@@ -593,15 +533,8 @@ fn property_cycles_shrink_to_steady_sliding_at_a_hopf_point_only() {
     let mass = "inertia = 0.538\nstiffness = 6957.0\ndamping = 5.746";
     let law = "law = 'stribeck'\nbreakaway = 6.0\nlow_speed = 6.0\nhigh_speed = 2.0\nscale = 0.1\nexponent = 1\nviscous = 0.2";
     let text = pressed(0.2, mass, "1.0", law).replace("240.0", "20.0");
-    let explored = explored(
-        &text,
-        &over(
-            "rotor.speed",
-            0.0,
-            0.3,
-            "of = ['steady', 'cycle']\ndirection = 'down'\npoints = 300",
-        ),
-    );
+    let branch = "of = ['steady', 'cycle']\ndirection = 'down'\npoints = 300";
+    let explored = explored(&text, &over("rotor.speed", 0.0, 0.3, branch));
     assert_eq!(ends(&explored)[..2], [EndReason::Rest, EndReason::Points]);
     let cycles = &explored.branches[1].points;
     assert!(cycles.iter().all(|point| point.special.is_none()));
@@ -619,10 +552,8 @@ fn property_a_slip_that_only_touches_the_belt() {
     let force = "{ profile = 'sine', mean = 2.0, amplitude = 3.0, angular_frequency = 5.0 }";
     let mass = "inertia = 1.0\nstiffness = 20.0\ndamping = 0.8";
     let text = pressed(0.5, mass, force, "law = 'coulomb'\nbreakaway = 0.6\nkinetic = 0.4");
-    let explored = explored(
-        &text,
-        &over("contact.normal_force.amplitude", 1.0, 6.0, "direction = 'down'"),
-    );
+    let study = over("contact.normal_force.amplitude", 1.0, 6.0, "direction = 'down'");
+    let explored = explored(&text, &study);
     assert_eq!(ends(&explored), [EndReason::Jump]);
     let touch = special_points(&explored, Special::Border(Border::Touch));
     // The distance of neighbouring cycles is linear and vanishes here.
@@ -670,22 +601,14 @@ fn property_a_number_that_parts_the_drives_is_refused() {
 #[test]
 fn property_stable_points_of_a_branch_are_where_long_runs_end() {
     let text = built_in("belt-exponential").text;
-    let explored = explored(
-        &text,
-        "case = 'case.toml'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.15\nto = 0.45\n[branch]\nof = 'cycle'\n",
-    );
+    let explored = explored(&text, &over("rotor.speed", 0.15, 0.45, "of = 'cycle'"));
     let points = explored.branches.iter().flat_map(|branch| &branch.points);
-    let stable: Vec<_> = points
-        .filter(|point| point.stability == CycleStability::Stable && point.special.is_none())
-        .collect();
+    let stable = points.filter(|point| point.stability == CycleStability::Stable && point.special.is_none());
+    let stable: Vec<_> = stable.collect();
     assert!(stable.len() > 10);
     for point in stable.iter().step_by(7) {
-        let settings = [
-            format!("rotor.speed={:?}", point.value),
-            "output.end_time=60".to_owned(),
-        ];
-        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let orbit = found(&source(&text), &settings);
+        let speed = format!("rotor.speed={:?}", point.value);
+        let orbit = found(&source(&text), &[&speed, "output.end_time=60"]);
         near(orbit.period, point.period, 1e-11);
         near(orbit.amplitude, (point.position.1 - point.position.0) / 2.0, 1e-9);
     }
@@ -722,10 +645,7 @@ fn property_a_resumed_study_gives_the_same_branches() {
         assert!(refused.is_err(), "a journal is there");
         Continuation::new(&study, &path(&name)).resume(true).start().unwrap();
         assert!(!path(&name).with_extension("journal").exists());
-        let (one, other) = (
-            Stored::read(&path(&name)).unwrap(),
-            Stored::read(&path("whole.h5")).unwrap(),
-        );
+        let [one, other] = [name.as_str(), "whole.h5"].map(|name| Stored::read(&path(name)).unwrap());
         for (branch, (one, other)) in one.branches.iter().zip(&other.branches).enumerate() {
             for (point, (one, other)) in one.points.iter().zip(&other.points).enumerate() {
                 let found = format!("{one:?}");
@@ -739,46 +659,26 @@ fn property_a_resumed_study_gives_the_same_branches() {
 
 #[test]
 fn property_wrong_studies_are_refused_with_line_and_remedy() {
+    let axis = |key: &str, range: &str| format!("[[axis]]\nkey = '{key}'\n{range}\n");
+    let speed = |range: &str| axis("rotor.speed", range);
+    let (low, high) = ("from = 0.1\nto = 2.0", "from = 1.0\nto = 2.0");
     for (text, said) in [
-        ("case = 'belt-exponential'\n", "the parameter that varies"),
+        (String::new(), "the parameter that varies"),
+        (speed(high), "outside the range"),
+        (axis("rotor.sped", low), "rotor.speed"),
+        (speed("values = [0.1, 0.2]"), "over a range"),
+        (speed(low) + "[branch]\ncurves = ['hopf']\n", "second [[axis]]"),
+        (speed(low) + "[branch]\nof = 'cycels'\n", "\"cycle\""),
         (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 1.0\nto = 2.0\n",
-            "outside the range",
-        ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.sped'\nfrom = 0.1\nto = 2.0\n",
-            "rotor.speed",
-        ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nvalues = [0.1, 0.2]\n",
-            "over a range",
-        ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[branch]\ncurves = ['hopf']\n",
-            "second [[axis]]",
-        ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[branch]\nof = 'cycels'\n",
-            "\"cycle\"",
-        ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'initial.stator_speed.0'\nfrom = 0.0\nto = 2.0\n",
+            axis("initial.stator_speed.0", "from = 0.0\nto = 2.0"),
             "does not depend on it",
         ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\nto = 2.0\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.1\n\
-             to = 2.0\n",
-            "name another one",
-        ),
-        (
-            "case = 'belt-exponential'\n[[axis]]\nkey = 'rotor.speed'\nfrom = 0.3\nto = 0.3\n",
-            "let them differ",
-        ),
+        (speed(low) + &speed(low), "name another one"),
+        (speed("from = 0.3\nto = 0.3"), "let them differ"),
     ] {
-        let error = ContinuationStudy::parse(StudySource::text("wrong", text), &[])
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains(said), "{error}");
+        let text = format!("case = 'belt-exponential'\n{text}");
+        let error = ContinuationStudy::parse(StudySource::text("wrong", &text), &[]).unwrap_err();
+        assert!(error.to_string().contains(said), "{error}");
     }
     let paper = "case = 'paper'\n[[axis]]\nkey = 'friction.decay'\nfrom = 1.0\nto = 9.0\n";
     let study = ContinuationStudy::parse(StudySource::text("paper", paper), &[]).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::common::cases::parsed;
 use crate::common::cli::says;
+use crate::common::json::*;
 use crate::common::unlocked;
 use std::path::{Path, PathBuf};
 
@@ -104,13 +105,13 @@ fn results_events_are_exact() {
     assert_eq!(found, events.iter().map(|e| e.kind.code()).collect::<Vec<_>>());
     let found = codes(&shown["mode_after"]);
     assert_eq!(found, events.iter().map(|e| e.mode_after.code()).collect::<Vec<_>>());
-    for state in shown["states"].as_array().unwrap() {
+    for state in shown["states"].list() {
         if state["name"] == "relative_velocity" {
             let velocity: Vec<f64> = events.iter().map(|e| e.after.relative_velocity).collect();
             assert_eq!(doubles(&state["after"]), velocity);
         }
     }
-    assert_eq!(shown["states"].as_array().unwrap().len(), 9);
+    assert_eq!(shown["states"].list().len(), 9);
 }
 
 /// In stick the relative velocity is exactly 0, and within a cycle energies change by millionths of their values.
@@ -164,7 +165,7 @@ fn results_a_long_run_keeps_extremes_and_the_samples_near_events() {
     // From the first to the last stick there are no bands.
     let window = times.partition_point(|&t| t < 6.9749)..times.partition_point(|&t| t < 6.9895);
     assert!(kept[window].iter().all(|kept| *kept));
-    let note = page.trajectory["notes"][0].as_str().unwrap();
+    let note = page.trajectory["notes"][0].text();
     assert!(note.contains(&made.samples_kept.to_string()), "{note}");
     assert!(note.contains("drawn as a band"), "{note}");
 }
@@ -206,7 +207,7 @@ fn results_torques_of_a_brake_are_there_on_both_sides_of_events() {
     let folder = tempfile::tempdir().unwrap();
     let (file, _, page) = page_of(&run(&folder, &[]));
     let side = |name: &str, side: &str| {
-        let states = page.run["events"]["states"].as_array().unwrap();
+        let states = page.run["events"]["states"].list();
         let state = states
             .iter()
             .find(|state| state["name"] == name)
@@ -257,7 +258,7 @@ fn results_stretches_with_too_few_samples_are_marked() {
     let events = file.events().unwrap();
     let of = |kind: EventKind| events.iter().find(|event| event.kind == kind).unwrap().time;
     assert!(from[0] >= of(EventKind::Destabilised) && to[0] == of(EventKind::Stick));
-    let remedy = page.run["remedy"].as_str().unwrap();
+    let remedy = page.run["remedy"].text();
     says(remedy, &["stickslip run paper.h5", "output.window=[{from=6.9"]);
 }
 
@@ -297,14 +298,14 @@ fn results_two_runs_are_on_one_page_with_their_difference() {
         assert!(expected.iter().any(|difference| difference.abs() > 0.0));
         assert_decoded(name, &difference, &expected, page.block());
     }
-    assert!(page.run["title"].as_str().unwrap().ends_with(": first.h5 and paper.h5"));
+    assert!(page.run["title"].text().ends_with(": first.h5 and paper.h5"));
     let note = page.trajectory["notes"].to_string();
     assert!(note.contains("first run less the second"), "{note}");
     let other = &page.run["second"];
     assert_eq!(doubles(&other["trajectory"]["time"]), other_times);
     let (ours, theirs) = (first.events().unwrap(), second.events().unwrap());
-    let pairs = other["pairs"].as_array().unwrap();
-    let indices = |pair: &serde_json::Value| (pair[0].as_u64().unwrap() as usize, pair[1].as_u64().unwrap() as usize);
+    let pairs = other["pairs"].list();
+    let indices = |pair: &serde_json::Value| (pair[0].whole() as usize, pair[1].whole() as usize);
     for (k, m) in pairs.iter().map(indices) {
         assert_eq!(ours[k].kind, theirs[m].kind);
     }
@@ -335,7 +336,7 @@ fn results_a_second_run_with_too_few_samples_has_its_own_remedy() {
     page::write(&first, Some(&second), &target, false).unwrap();
     let page = Page::read(&target);
     assert!(page.run["remedy"].is_null());
-    says(page.run["second"]["remedy"].as_str().unwrap(), "stickslip run paper.h5");
+    says(page.run["second"]["remedy"].text(), "stickslip run paper.h5");
     let text = std::fs::read_to_string(&target).unwrap();
     assert!(!text.contains("${run.remedy}"));
 }
@@ -358,7 +359,7 @@ fn results_the_paper_stands_beside_its_own_case_only() {
     let folder = tempfile::tempdir().unwrap();
     let (_, _, page) = page_of(&run(&folder, &[]));
     assert_eq!(page.run["beside_paper"], true);
-    let as_array = page.run["headline"].as_array().unwrap();
+    let as_array = page.run["headline"].list();
     let row = as_array.iter().find(|row| row["name"] == "onset of stick-slip");
     assert_eq!(row.unwrap()["value"], "6.975001494 s");
     assert_eq!(row.unwrap()["paper"], "6.975 s");
@@ -397,7 +398,7 @@ fn results_markup_in_texts_is_escaped() {
     );
     assert_eq!(page.run["title"], odd);
     assert_eq!(page.run["resolved"], odd);
-    assert!(page.run["notice"].as_str().unwrap().contains(odd));
+    assert!(page.run["notice"].text().contains(odd));
 }
 
 #[test]
@@ -431,7 +432,7 @@ fn results_an_unfinished_file_shows_what_it_has() {
     assert_eq!(made.samples, 5_050);
     assert!(assert_holds(&file, &page).iter().all(|kept| *kept));
     assert_eq!(page.run["status"], "interrupted");
-    let notice = page.run["notice"].as_str().unwrap();
+    let notice = page.run["notice"].text();
     assert!(notice.contains("not complete"), "{notice}");
     assert!(notice.contains("up to t = 0.5049 s"), "{notice}");
     // The last segment was never written, so that its mode is that of the samples.
@@ -443,12 +444,7 @@ fn results_an_unfinished_file_shows_what_it_has() {
     let failed = Status::Failed("the step became too small at t = 0.01 s".to_owned());
     let partial = writer.finish(failed, &stick_slip(), 1.0).unwrap();
     let (_, _, page) = page_of(&partial);
-    assert!(
-        page.run["notice"]
-            .as_str()
-            .unwrap()
-            .contains("failed: the step became too small")
-    );
+    assert!(page.run["notice"].text().contains("failed: the step became too small"));
 }
 
 #[test]

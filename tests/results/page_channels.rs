@@ -1,6 +1,7 @@
 //! The interactive page of two trains contains the data of the result file, with the words and units of its motion.
 
 use crate::common::cases::parsed;
+use crate::common::json::*;
 use crate::common::unlocked;
 use std::path::{Path, PathBuf};
 
@@ -104,21 +105,21 @@ fn results_page_of_trains_has_every_channel() {
             let expected = kick || !LEFT_OUT.contains(&name);
             assert_eq!(channels.iter().any(|channel| channel == name), expected, "{name}");
         }
-        for channel in page.trajectory["channels"].as_array().unwrap() {
-            let name = channel["name"].as_str().unwrap();
+        for channel in page.trajectory["channels"].list() {
+            let name = channel["name"].text();
             let stored = file.column(name, 0..rows).unwrap();
             assert_decoded(name, &page.channel(name).0, &stored, page.block());
-            let panels = page.run["panels"].as_array().unwrap();
-            let mut curves = panels.iter().flat_map(|panel| panel["curves"].as_array().unwrap());
+            let panels = page.run["panels"].list();
+            let mut curves = panels.iter().flat_map(|panel| panel["curves"].list());
             assert!(curves.any(|curve| curve["name"] == name), "{name} is in no panel");
-            let unit = channel["unit"].as_str().unwrap();
+            let unit = channel["unit"].text();
             let wanted = motion == "rotation" && !["N", "J", "W"].contains(&unit);
             assert_eq!(unit.contains("rad") || unit == "N m", wanted, "{name}: {unit}");
         }
-        let states = page.run["events"]["states"].as_array().unwrap();
+        let states = page.run["events"]["states"].list();
         assert!(states.len() > 5);
         for state in states {
-            let name = state["name"].as_str().unwrap();
+            let name = state["name"].text();
             // By the equations, for the states that the file has.
             let forces = ["normal_force", "friction_torque", "transmitted_torque", "contact_power"];
             if forces.contains(&name) || name.starts_with("energy_") {
@@ -154,10 +155,8 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     let said = headline(&case, &report.run.summary);
-    let as_array = page.run["headline"].as_array().unwrap().iter();
-    let shown: Vec<(&str, &str)> = as_array
-        .map(|row| (row["name"].as_str().unwrap(), row["value"].as_str().unwrap()))
-        .collect();
+    let as_array = page.run["headline"].list().iter();
+    let shown: Vec<(&str, &str)> = as_array.map(|row| (row["name"].text(), row["value"].text())).collect();
     let said: Vec<(&str, &str)> = said.iter().map(|row| (row.name, row.value.as_str())).collect();
     assert_eq!(shown, said);
     let value = |name: &str| shown.iter().find(|row| row.0 == name).unwrap().1;
@@ -189,11 +188,11 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
 fn results_page_of_bristles_counts_falls_below_the_threshold() {
     let folder = tempfile::tempdir().unwrap();
     let (.., page) = page_of(&folder, "lugre-slider", &[]);
-    let rows = page.run["headline"].as_array().unwrap();
+    let rows = page.run["headline"].list();
     let value = |name: &str| {
         rows.iter()
             .find(|row| row["name"] == name)
-            .map(|row| row["value"].as_str().unwrap())
+            .map(|row| row["value"].text())
     };
     assert_eq!(value("sticks in a period"), None);
     // A stop of 3.43 s, followed by one bounce across the threshold.
@@ -210,13 +209,13 @@ fn results_page_of_trains_shows_one_period() {
     // Sparse samples: some thirty in a period, none of them at an event.
     let (_, file, page) = page_of(&folder, "belt-leine", &["output.interval=0.4001", "output.around=none"]);
     let orbit = &page.run["orbit"];
-    let period = orbit["period"].as_f64().unwrap();
+    let period = orbit["period"].number();
     assert!((period - 12.00103129483).abs() < 1e-9, "{period}");
-    let span = orbit["to"].as_f64().unwrap() - orbit["from"].as_f64().unwrap();
+    let span = orbit["to"].number() - orbit["from"].number();
     assert!(span >= period && span <= period + 0.41, "{span}");
     assert_eq!(orbit["x"]["unit"], "m");
     assert_eq!(orbit["y"]["unit"], "m s-1");
-    let lines = orbit["lines"].as_array().unwrap();
+    let lines = orbit["lines"].list();
     let points: Vec<(f64, f64)> = lines
         .iter()
         .flat_map(|line| doubles(&line["x"]).into_iter().zip(doubles(&line["y"])))
@@ -261,7 +260,7 @@ fn results_page_of_a_long_driven_run_is_bounded() {
     let (_, file, page) = page_of(&folder, "belt-coulomb", &overrides);
     assert!(page.html.len() < SIZE_LIMIT, "{}", page.html.len());
     let listed = doubles(&page.run["events"]["time"]).len();
-    let states = page.run["events"]["states"].as_array().unwrap().len();
+    let states = page.run["events"]["states"].list().len();
     assert!(listed <= 5_000, "{listed} events, {states} states");
     assert!(listed * states <= 100_000, "{listed} events, {states} states");
     let notes = format!("{}{}", page.run["notes"], page.trajectory["notes"]);
@@ -307,7 +306,7 @@ fn results_page_of_a_file_without_later_attributes() {
     }
     drop((group, open));
     let (_, page) = read(&path);
-    let rows = page.run["headline"].as_array().unwrap();
+    let rows = page.run["headline"].list();
     assert!(rows.iter().all(|row| row["name"] != "relative velocity over a period"));
     assert!(rows.iter().any(|row| row["name"] == "period"));
 }
@@ -328,12 +327,12 @@ fn regression_page_of_a_brake_has_its_words() {
     let path = folder.path().join("paper.h5");
     SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
-    let panels = page.run["panels"].as_array().unwrap();
+    let panels = page.run["panels"].list();
     // Title, curves as (channel, legend, colour, limit), and the initial state of the panel.
     let said = |number: usize| {
-        let (panel, curves) = (&panels[number], panels[number]["curves"].as_array().unwrap());
+        let (panel, curves) = (&panels[number], panels[number]["curves"].list());
         let curve = |curve: &serde_json::Value| {
-            let text = |key: &str| curve[key].as_str().unwrap().to_owned();
+            let text = |key: &str| curve[key].text().to_owned();
             format!(
                 "{}: {}, {}, {}",
                 text("name"),
@@ -342,7 +341,7 @@ fn regression_page_of_a_brake_has_its_words() {
                 curve["limit"]
             )
         };
-        let (title, shown, change) = (panel["title"].as_str().unwrap(), &panel["shown"], &panel["change"]);
+        let (title, shown, change) = (panel["title"].text(), &panel["shown"], &panel["change"]);
         format!(
             "{title}; {}; {shown}, {change}",
             curves.iter().map(curve).collect::<Vec<_>>().join("; ")

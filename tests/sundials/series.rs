@@ -4,14 +4,14 @@
 //! multiprecision events; 1e-11 s is ten times that.
 
 use crate::common::cases::built_in;
+use crate::common::systems::{exponential, ramp, table};
 use crate::common::{disks, event_sequence, output, run, solver, truth};
 use stickslip::Run;
 use stickslip::engine::ErrorKind;
-use stickslip::friction::{Exponential, Friction};
+use stickslip::friction::Friction;
 use stickslip::model::system::System;
 use stickslip::model::{BreakawayTest, DiskKick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::signal::{Ramp, Signal, TimeTable};
 use stickslip::simulation::{Method, SolverOptions};
 
 const WITHIN: f64 = 1e-11;
@@ -27,10 +27,7 @@ fn kick(time: KickTime, relative_velocity: f64) -> DiskKick {
 fn brake(speed: f64, rise_time: f64) -> Parameters {
     let mut parameters = truth("si-kick").parameters;
     parameters.initial.speed = speed;
-    parameters.actuation = Signal::Ramp(Ramp {
-        value: 2225.0,
-        rise_time,
-    });
+    parameters.actuation = ramp(2225.0, rise_time);
     parameters.perturbations = vec![kick(KickTime::Instability, 1e-3)];
     parameters
 }
@@ -90,10 +87,10 @@ fn sundials_release_without_torsional_damping() {
 #[test]
 fn sundials_a_table() {
     let mut parameters = brake(20.0, 1.0);
-    parameters.actuation = Signal::TimeTable(TimeTable {
-        time: vec![0.0, 0.05, 0.4, 0.7, 0.9, 1.3],
-        value: vec![500.0, 2500.0, 1500.0, 3000.0, 2000.0, 2225.0],
-    });
+    parameters.actuation = table(
+        &[0.0, 0.05, 0.4, 0.7, 0.9, 1.3],
+        &[500.0, 2500.0, 1500.0, 3000.0, 2000.0, 2225.0],
+    );
     let recorder = hold("table", &parameters, 2.0);
     assert!(count(&recorder, EventKind::Stick) >= 10);
 }
@@ -114,10 +111,10 @@ fn sundials_a_release_out_of_stick_slip() {
     assert!(stops.len() >= 10);
     // Within a stick: at its very start rounding would decide which comes first, the stick or the corner.
     let release = stops[3] + 1e-6;
-    parameters.actuation = Signal::TimeTable(TimeTable {
-        time: vec![0.0, release, release + 0.002, release + 0.01, release + 0.02],
-        value: vec![2225.0, 2225.0, -500.0, -500.0, 2225.0],
-    });
+    parameters.actuation = table(
+        &[0.0, release, release + 0.002, release + 0.01, release + 0.02],
+        &[2225.0, 2225.0, -500.0, -500.0, 2225.0],
+    );
     let recorder = hold("release out of stick-slip", &parameters, 0.6);
     assert!(count(&recorder, EventKind::Separation) >= 1 && count(&recorder, EventKind::Contact) >= 1);
 }
@@ -139,12 +136,7 @@ fn sundials_other_friction() {
         let mut parameters = brake(10.0, 0.1);
         parameters.friction = Friction {
             breakaway: low_speed,
-            law: Exponential {
-                low_speed,
-                high_speed,
-                decay,
-            }
-            .into(),
+            law: exponential(low_speed, high_speed, decay).into(),
         };
         let recorder = hold(name, &parameters, 1.5);
         assert_eq!(count(&recorder, EventKind::Stick), 1);

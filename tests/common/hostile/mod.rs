@@ -1,5 +1,7 @@
 //! Files that nobody should write, and what a command may do with them: end by itself, with an exit status of its own.
 
+use super::cli::Arguments;
+use super::random_brakes::Random;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -14,12 +16,13 @@ const MEMORY_KIB: usize = 1 << 20;
 /// # Panics
 /// If it ends by a signal or a panic, with a status that it does not have, or not at all; if it prints what is not UTF-8 or
 /// a message of HDF5's own, or says nothing of an error.
-pub fn survive(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+pub fn survive(folder: &Path, arguments: impl Arguments) -> (i32, String, String) {
+    let arguments = arguments.list();
     let program = env!("CARGO_BIN_EXE_stickslip");
     let limited = format!("ulimit -v {MEMORY_KIB} && exec \"$0\" \"$@\"");
     let mut child = Command::new("sh")
         .args(["-c", &limited, program])
-        .args(arguments)
+        .args(&arguments)
         .current_dir(folder)
         .stdin(Stdio::null())
         .stdout(std::fs::File::create(folder.join("stdout")).unwrap())
@@ -57,26 +60,8 @@ pub fn survive(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
     (code, stdout, stderr)
 }
 
-/// A generator of numbers that are the same everywhere (SplitMix64).
-pub struct Dice(pub u64);
-
-impl Dice {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// A number below `bound`.
-    pub fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound.max(1) as u64) as usize
-    }
-}
-
 /// Damages a file: bits that flip, a lost end, overwritten ranges, blocks that change places, in any number.
-pub fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
+pub fn damage(bytes: &mut Vec<u8>, dice: &mut Random) {
     // Structures of HDF5 begin with these: damage behind them does more than in the middle of numbers.
     let marks: Vec<usize> = [b"TREE", b"HEAP", b"SNOD", b"GCOL", b"OHDR", b"FRHP", b"BTHD"]
         .iter()
@@ -94,14 +79,14 @@ pub fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
         };
         match dice.below(7) {
             0 => bytes[at] ^= 1 << dice.below(8),
-            1 => bytes[at] = dice.next() as u8,
+            1 => bytes[at] = dice.bits() as u8,
             2 => {
                 let end = (at + 1 + dice.below(16)).min(length);
                 bytes[at..end].fill([0, 0xff, 0x7f][dice.below(3)]);
             }
             3 => {
                 let end = (at + 8).min(length);
-                let number = (dice.next() >> dice.below(64)).to_le_bytes();
+                let number = (dice.bits() >> dice.below(64)).to_le_bytes();
                 bytes[at..end].copy_from_slice(&number[..end - at]);
             }
             4 => {
@@ -117,7 +102,7 @@ pub fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
             _ => {
                 let end = (at + 1 + dice.below(64)).min(length);
                 for byte in &mut bytes[at..end] {
-                    *byte = dice.next() as u8;
+                    *byte = dice.bits() as u8;
                 }
             }
         }

@@ -82,53 +82,17 @@ pub(super) enum Kind {
 pub(super) use Kind::*;
 
 /// As often as they are drawn.
+#[rustfmt::skip]
 pub(super) const KINDS: [Kind; 32] = [
-    Nothing,
-    Number,
-    Regularised,
-    Number,
-    Term,
-    EndOfStep,
-    Number,
-    Clock,
-    Tolerance,
-    Number,
-    Breakaway,
-    Band,
-    Initial,
-    OneLate,
-    Number,
-    LowOrder,
-    Nothing,
-    Number,
-    Kick,
-    Unit,
-    Number,
-    Initial,
-    SineForCosine,
-    WrongSpeed,
-    Decimals,
-    Number,
-    OtherTorque,
-    Term,
-    OneLate,
-    Number,
-    TwoNumbers,
-    Number,
+    Nothing, Number, Regularised, Number, Term, EndOfStep, Number, Clock, Tolerance, Number, Breakaway, Band, Initial,
+    OneLate, Number, LowOrder, Nothing, Number, Kick, Unit, Number, Initial, SineForCosine, WrongSpeed, Decimals, Number,
+    OtherTorque, Term, OneLate, Number, TwoNumbers, Number,
 ];
 
 /// Mistakes in what is recorded of a motion, and in its events, as often as they are drawn.
+#[rustfmt::skip]
 pub(super) const RECORDED: [Kind; 10] = [
-    Offset,
-    Average,
-    Swapped,
-    KickTime,
-    ClockRate,
-    LowPass,
-    Repeated,
-    SteppedOver,
-    HalfStep,
-    Coefficients,
+    Offset, Average, Swapped, KickTime, ClockRate, LowPass, Repeated, SteppedOver, HalfStep, Coefficients,
 ];
 
 impl Kind {
@@ -219,39 +183,26 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
     let rough = kind == Decimals;
     let drawn = random.next();
     let digits = match drawn {
-        _ if rough => one_of(
-            random,
-            &[
-                Digits::Decimals(6),
-                Digits::Decimals(6),
-                Digits::Significant(6),
-                Digits::Significant(7),
-            ],
-        ),
+        _ if rough => {
+            let [six, seven] = [6, 7].map(Digits::Significant);
+            one_of(random, &[Digits::Decimals(6), Digits::Decimals(6), six, seven])
+        }
         d if d < 0.6 || system.coasts() => Digits::All,
         d if d < 0.8 => Digits::Significant(12),
         _ => Digits::Significant(9),
     };
-    let columns = one_of(
-        random,
-        &[
-            Columns::State,
-            Columns::State,
-            Columns::State,
-            Columns::Plain,
-            Columns::RelativeVelocity,
-        ],
+    let (state, plain, velocity) = (Columns::State, Columns::Plain, Columns::RelativeVelocity);
+    let columns = one_of(random, &[state, state, state, plain, velocity]);
+    let of_events = matches!(
+        kind,
+        Nothing | Number | Initial | Breakaway | EndOfStep | OneLate | Clock | Kick
     );
     let mut file = Written {
         interval,
         digits,
         columns,
         events: random.next() < 0.3,
-        alone: random.next() < 0.1
-            && matches!(
-                kind,
-                Nothing | Number | Initial | Breakaway | EndOfStep | OneLate | Clock | Kick
-            ),
+        alone: random.next() < 0.1 && of_events,
         tolerance: None,
         clock: 0.0,
         changed: None,
@@ -285,10 +236,8 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         Number => {
             let all = system.numbers();
             let (path, value) = pick(random, &all).clone();
-            let factor = one_of(
-                random,
-                &[0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 1.01, 1.02, 1.05, 1.1, 1.25, 2.0],
-            );
+            let factors = [0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 1.01, 1.02, 1.05, 1.1, 1.25, 2.0];
+            let factor = one_of(random, &factors);
             let other = factor * value;
             solver = of_other(&solver, system.with(&[(&path, other)])?);
             if at_kick && (path.starts_with("initial") || path.starts_with("a")) {
@@ -375,15 +324,13 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 _ => {
                     solver.drag = share * force / sizes[1];
                     let train = [&case.rotor, &case.stator][usize::from(surface == "stator")];
-                    let now = train.viscous[0];
-                    allowed
-                        .numbers
-                        .push((format!("{surface}.viscous.0"), now + solver.drag, now));
+                    let mut may_be = |path: &str, now: f64| {
+                        let path = format!("{surface}.{path}");
+                        allowed.numbers.push((path, now + solver.drag, now));
+                    };
+                    may_be("viscous.0", train.viscous[0]);
                     if train.inertia.len() == 1 && train.shafts() == 1 && !driven(train) {
-                        let now = train.damping[0];
-                        allowed
-                            .numbers
-                            .push((format!("{surface}.damping.0"), now + solver.drag, now));
+                        may_be("damping.0", train.damping[0]);
                     }
                     format!("a damping of {:e} to the ground", solver.drag)
                 }
@@ -470,16 +417,14 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             format!("event {place} late by {late:e} s")
         }
         LowOrder => {
-            let (method, name, steps) = one_of(
-                random,
-                &[
-                    (Method::SemiImplicitEuler, "the semi-implicit Euler method", 200.0),
-                    (Method::Euler, "Euler's method", 2000.0),
-                    (Method::ImplicitEuler, "the implicit Euler method", 1000.0),
-                    (Method::Rk2, "the midpoint rule", 60.0),
-                    (Method::Rk4, "the classical Runge-Kutta method", 16.0),
-                ],
-            );
+            let methods = [
+                (Method::SemiImplicitEuler, "the semi-implicit Euler method", 200.0),
+                (Method::Euler, "Euler's method", 2000.0),
+                (Method::ImplicitEuler, "the implicit Euler method", 1000.0),
+                (Method::Rk2, "the midpoint rule", 60.0),
+                (Method::Rk4, "the classical Runge-Kutta method", 16.0),
+            ];
+            let (method, name, steps) = one_of(random, &methods);
             let steps = steps * one_of(random, &[1.0, 2.0]);
             (solver.method, solver.step) = (method, period / steps);
             file.interval = file.interval.max(solver.step);
@@ -489,11 +434,8 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
             format!("{name} with steps of {:e} s", solver.step)
         }
         Kick => {
-            let kick = case
-                .kicks
-                .first()
-                .filter(|kick| matches!(kick.time, KickTime::At(_)))?
-                .clone();
+            let kick = case.kicks.first()?;
+            kick.time.at()?;
             let mut changed = case.clone();
             start = None;
             if !case.rotor.inertia.is_empty() && !case.stator.inertia.is_empty() && random.next() < 0.3 {
@@ -508,7 +450,8 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
                 solver = of_other(&solver, changed);
                 file.events &= factor != 0.0 || !system.coasts();
                 allowed = Allowed::number("perturbation.0.relative_velocity", other, now);
-                allowed.causes = if factor == 0.0 {
+                let none = factor == 0.0;
+                allowed.causes = if none {
                     vec!["unperturbed-run", "kick"]
                 } else {
                     vec!["another-kick"]
@@ -591,10 +534,8 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         }
         SteppedOver => {
             let slips = system.word.iter().take(12).enumerate();
-            let slips: Vec<usize> = slips
-                .filter(|(_, event)| event.1 == "slip")
-                .map(|(place, _)| place)
-                .collect();
+            let slips = slips.filter(|(_, event)| event.1 == "slip").map(|(place, _)| place);
+            let slips: Vec<usize> = slips.collect();
             if slips.is_empty() {
                 return None;
             }
@@ -610,48 +551,28 @@ pub(super) fn plant(system: &Subject, kind: Kind, random: &mut Random) -> Option
         }
         Coefficients => {
             let factor = one_of(random, &[0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.25]);
-            let names = [
-                "breakaway",
-                "kinetic",
-                "low_speed",
-                "high_speed",
-                "viscous",
-                "linear",
-                "quadratic",
-                "cubic",
-            ];
+            const NAMES: &str = "breakaway kinetic low_speed high_speed viscous linear quadratic cubic";
+            let names: Vec<&str> = NAMES.split(' ').collect();
             let is_coefficient = |path: &str| path.strip_prefix("friction.").is_some_and(|name| names.contains(&name));
             let all = system.numbers().into_iter().filter(|(path, _)| is_coefficient(path));
             let all: Vec<(String, f64)> = all.collect();
             if all.len() < 2 {
                 return None;
             }
-            let changes: Vec<(&str, f64)> = all
-                .iter()
-                .map(|(path, value)| (path.as_str(), factor * value))
-                .collect();
+            let changes = all.iter().map(|(path, value)| (path.as_str(), factor * value));
+            let changes: Vec<(&str, f64)> = changes.collect();
             solver = of_other(&solver, system.with(&changes)?);
             start = None;
-            let same = [
-                "contact.radius",
-                "contact.normal_force",
-                "contact.normal_force.value",
-                "actuation.force",
-            ];
-            let same = system
-                .numbers()
-                .into_iter()
-                .filter(|(path, _)| same.contains(&path.as_str()));
+            const SAME: &str = "contact.radius contact.normal_force contact.normal_force.value actuation.force";
+            let same = system.numbers().into_iter();
+            let same = same.filter(|(path, _)| SAME.split(' ').any(|other| other == path));
             let each = all.iter().cloned().chain(same);
             allowed.numbers = each.map(|(path, value)| (path, factor * value, value)).collect();
             format!("all coefficients of friction times {factor}")
         }
     };
-    if allowed
-        .numbers
-        .iter()
-        .any(|(path, ..)| path.contains("initial.") || path.ends_with("phase"))
-    {
+    let of_start = |path: &str| path.contains("initial.") || path.ends_with("phase");
+    if allowed.numbers.iter().any(|(path, ..)| of_start(path)) {
         // In a stick, or in the end, that is the same motion at another time.
         allowed.beside.push("time-offset");
     }
@@ -692,10 +613,8 @@ fn filed(
         Average => {
             let count = one_of(random, &[2, 3, 5, 10, 20]);
             let value = near("moving average of ", count as f64);
-            let filing = one_of(
-                random,
-                &[Filing::Average(count), Filing::Average(count), Filing::Same(count)],
-            );
+            let (average, same) = (Filing::Average(count), Filing::Same(count));
+            let filing = one_of(random, &[average, average, same]);
             (filing, "moving-average", Vec::new(), value)
         }
         LowPass => {
@@ -723,28 +642,17 @@ fn filed(
             let (one, other) = *pick(random, from);
             let (_, columns) = written::table(system, solver, &solve(system, solver, None, file)?, file);
             // Two columns that are each other's negative only change their signs.
-            if columns[one]
-                .iter()
-                .zip(&columns[other])
-                .all(|(one, other)| *one == -other)
-            {
+            let mut values = columns[one].iter().zip(&columns[other]);
+            if values.all(|(one, other)| *one == -other) {
                 return None;
             }
-            (
-                Filing::Swapped(one, other),
-                "swapped-columns",
-                vec![shown(one), shown(other)],
-                None,
-            )
+            let words = vec![shown(one), shown(other)];
+            (Filing::Swapped(one, other), "swapped-columns", words, None)
         }
         Repeated => {
             let count = one_of(random, &[2, 3, 4, 5, 10]);
-            (
-                Filing::Repeated(count),
-                "repeated-rows",
-                Vec::new(),
-                near("stand in ", count as f64),
-            )
+            let value = near("stand in ", count as f64);
+            (Filing::Repeated(count), "repeated-rows", Vec::new(), value)
         }
         _ => return None,
     };
@@ -797,17 +705,12 @@ fn turned(system: &mut System) -> Option<(String, f64, f64)> {
     for (path, drive) in drives {
         if let Drive::Wave(wave) = drive {
             // cos(x) is sin(x + pi/2).
-            let shift = if wave.shape == HarmonicShape::Sine {
-                FRAC_PI_2
-            } else {
-                -FRAC_PI_2
+            let (shape, shift) = match wave.shape {
+                HarmonicShape::Sine => (HarmonicShape::Cosine, FRAC_PI_2),
+                HarmonicShape::Cosine => (HarmonicShape::Sine, -FRAC_PI_2),
             };
             let phase = wave.phase;
-            wave.shape = if wave.shape == HarmonicShape::Sine {
-                HarmonicShape::Cosine
-            } else {
-                HarmonicShape::Sine
-            };
+            wave.shape = shape;
             return Some((format!("{path}.phase"), phase, phase + shift));
         }
     }
