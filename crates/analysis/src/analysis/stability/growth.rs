@@ -258,8 +258,12 @@ impl Recorder for FirstStick<'_> {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        let again = event.kind == EventKind::Stick || self.at_once && event.mode_after == Mode::Stick;
-        self.stuck.fetch_or(again, Ordering::Relaxed);
+        // A contact without a stick mode has events of this kind, too.
+        let sticks = match self.at_once {
+            true => event.mode_after == Mode::Stick,
+            false => event.kind == EventKind::Stick,
+        };
+        self.stuck.fetch_or(sticks, Ordering::Relaxed);
         Ok(())
     }
 }
