@@ -50,7 +50,7 @@ pub fn certify(
             .iter()
             .map(|text| format!("warning: {text}"))
             .collect();
-        let shortfall = certified.shortfall(&|| watch.stopped());
+        let shortfall = certified.shortfall(&*watch);
         Ok::<_, Error>((told(&certified.report())?, warnings, shortfall))
     })?;
     Ok(certified.map_err(Raised::from)?)

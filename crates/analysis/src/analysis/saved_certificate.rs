@@ -251,13 +251,13 @@ impl CertifiedFile<'_> {
 
     /// Why required digits are missing, with settings that give more; or why events that the exact solver decides are not
     /// certified. Without the digits, runs with other settings are tried until `stop`.
-    pub fn shortfall(&self, stop: &(dyn Fn() -> bool + Sync)) -> Option<String> {
+    pub fn shortfall(&self, stop: &dyn Watch) -> Option<String> {
         let (case, certificate) = (&self.saving.case, &self.certified.certificate);
         let command = match self.saving.given.source.origin {
             Origin::Result(_) => of_case(self.saving.given),
             _ => String::new(),
         };
-        let given_up = || stop() || self.is_late();
+        let given_up = || stop.stopped() || self.is_late();
         let exact = self.certified.exact.as_ref();
         let missing = |digits| shortfall((case, &command), certificate, exact, digits, &given_up);
         let uncertain = oracle_decides(case) && certificate.verdict != Verdict::Converged;
