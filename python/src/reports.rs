@@ -12,7 +12,7 @@ use stickslip::comparing::{MappingOptions, open_reference, refuse_swapped};
 use stickslip::cycle::{CertifiedCycle, CycleSearch, From, LONGEST, SavedCycle};
 use stickslip::report::{CompareReport, CycleCertificateReport, CycleReport, ModesReport, Report};
 use stickslip::results::Overwrite;
-use stickslip::{Error, GivenCase, Watch, overrides};
+use stickslip::{Error, GivenCase, overrides};
 
 /// The report of a computation, and its JSON document.
 type Told = (String, String);

@@ -106,7 +106,7 @@ fn regression_names_of_another_encoding_are_listed() {
         patch(&folder.path(name), b"zusatz_XYZ", b"zusatz_\xb2\xff\xb2");
     }
     patch(&folder.path("run.h5"), b"zusatz_UVW", b"zusatz_U\xfcW");
-    let stdout = survived(&folder, "inspect run.h5");
+    let stdout = survived(&folder, "inspect run.h5 -v");
     says(&stdout, &["zusatz_\u{fffd}", "zusatz_U\u{fffd}W", "not UTF-8", "time"]);
     let (code, stdout, _) = survive(&folder.path(""), "check run.h5");
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");

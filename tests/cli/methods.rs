@@ -15,7 +15,7 @@ fn cli_the_key_of_the_method_lists_every_method() {
         assert!(keys.contains(&method.name()), "{}", method.name());
     }
     folder.refused_short("--method erk-dormandprince", "did you mean \"erk-dormand-prince-54\"");
-    folder.refused_short("--method euler", "case --keys KEY");
+    folder.refused_short("--method euler", "case --keys solver.method");
 }
 
 #[test]
