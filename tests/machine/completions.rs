@@ -184,7 +184,10 @@ fn pages() -> Result<(), Failed> {
     // A page that cannot be written is named.
     std::fs::create_dir_all(folder.path("half/stickslip-run.1")).unwrap();
     let (_, stderr) = folder.ends("man half", 1);
-    assert!(stderr.contains("half/stickslip-run.1: writing the manual pages failed"), "{stderr}");
+    assert!(
+        stderr.contains("half/stickslip-run.1: writing the manual pages failed"),
+        "{stderr}"
+    );
     // A folder that cannot be made, as there is a file of its name.
     folder.write("taken", "");
     let (_, stderr) = folder.ends("man taken", 1);
