@@ -1,7 +1,7 @@
 //! Reports: the result of a command as a JSON document (by serde) and as a [`Page`] of texts, tables and figures, which is
 //! printed on a terminal, as Markdown or as HTML.
 //!
-//! A report is a serde struct. Its `page` declares each table by its columns: title, unit, how a value is printed ([`PageRows`]).
+//! A report is a serde struct. Its `page` declares each table by its columns: title, unit, how a value is printed (`PageRows`).
 //! A page begins with its headline. Details are printed on a terminal only with `-v`, and always as Markdown and HTML.
 
 mod branches;
