@@ -80,6 +80,11 @@ fn unknown_option(given: &str, similar: Option<&str>, command: Option<&clap::Com
         .take(MOST_KEYS)
         .map(|key| format!("--set {}=...", key.replace("[]", ".0")));
     let keys: Vec<String> = keys.collect();
+    // An option that differs in strokes alone.
+    let is_meant = |similar: &&str| similar.trim_start_matches('-').replace('-', "_") == name;
+    if let Some(similar) = similar.filter(is_meant) {
+        return format!("{given}: no such option; did you mean {similar}?");
+    }
     match (&keys[..], similar) {
         ([], Some(similar)) => format!("{given}: no such option; did you mean {similar}?"),
         ([], None) => format!("{given}: {of} has no such option"),

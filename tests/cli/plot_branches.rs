@@ -162,6 +162,15 @@ fn cli_runs_of_a_sweep_lie_on_the_branches() {
         &String::from_utf8_lossy(&folder.read("a.svg")),
         "runs of runs & cycles, stable",
     );
+    // Runs that end before they repeat themselves have no motion to draw, and the legend counts them.
+    let short = sweep("rotor.speed", "0.3, 0.35, 0.4").replace("[[axis]]", "[set]\noutput.end_time = 1\n[[axis]]");
+    folder.write("short.toml", short);
+    folder.ok("sweep short.toml -q");
+    let file = folder.sweep_file("short.h5");
+    let figures = Branches::read(&path).unwrap().with_runs(&file).unwrap().all().unwrap();
+    let drawn = figures.iter().find(|figure| figure.name == "branches-period").unwrap();
+    let label = "runs of short (without 3 that do not repeat themselves)";
+    assert!(curves(drawn).iter().any(|curve| curve.label == label));
     folder.write("other.toml", sweep("stator.damping.0", "1, 2"));
     folder.ok("sweep other.toml -q");
     folder.refused("plot belt.h5 other.h5", "no axis rotor.speed & stator.damping.0");

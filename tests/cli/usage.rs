@@ -304,6 +304,8 @@ fn cli_unknown_options_name_what_was_meant() {
         sweep critical-curve --decay 4 | --set friction.decay=... changes that key
         run --normal-force 4 | --set contact.normal_force=... changes that key
         run --methd cvode | --methd: no such option; did you mean --method?
+        run --end_time 20 | --end_time: no such option; did you mean --end-time?
+        run belt-leine --set stator.mass=2 | did you mean stator.inertia?
         inspect x.h5 --decay 4 | --decay: stickslip inspect has no such option & `stickslip inspect --help`
         case paper --rtol 1 | --rtol: stickslip case has no such option
         plot a.h5 --widht 85 | did you mean --width?

@@ -75,6 +75,18 @@ impl SweptRuns {
     }
 }
 
+/// Number of a sweep's runs whose motion does not repeat itself. They have no values to draw.
+fn aperiodic(data: &StudyData) -> usize {
+    let Ok(motion) = data.quantity("motion") else {
+        return 0;
+    };
+    let code = motion.flags.iter().find(|(_, word)| word == "not-periodic");
+    let Some(code) = code.map(|(code, _)| *code as f64) else {
+        return 0;
+    };
+    motion.values.iter().filter(|value| **value == code).count()
+}
+
 impl<'a> Branches<'a> {
     /// Reads the file at `path`.
     ///
@@ -105,7 +117,10 @@ impl<'a> Branches<'a> {
             );
         };
         let stem = data.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let label = format!("runs of {stem}");
+        let label = match aperiodic(&data) {
+            0 => format!("runs of {stem}"),
+            count => format!("runs of {stem} (without {count} that do not repeat themselves)"),
+        };
         let runs = Some(SweptRuns { label, data, axis });
         Ok(Branches { runs, ..self })
     }

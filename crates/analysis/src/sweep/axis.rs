@@ -166,7 +166,7 @@ fn read_with(
     (sampled, folder): (bool, Option<&Path>),
 ) -> Option<ParameterAxis> {
     if let (Some(given), None) = (node.at("distribution"), folder) {
-        let message = "only an axis of a study with [sample] has a distribution; leave it out";
+        let message = "only an axis of a study with [sample] has a distribution; add [sample] with method and count, or leave it out";
         return reader.refuse(given, &format!("{path}.distribution"), message);
     }
     match folder {
