@@ -137,6 +137,8 @@ def cycle(
         names[output] = "the cycle (keep it with output=)"
     file = os.path.abspath(output)
     kind, text = source(case, absolute=True)
+    if place is not None and kind == "text":
+        raise InputError("branch and point choose a point of a continuation; give the path of its file as the case")
     with worded(names):
         told = _native.cycle(
             kind, text, settings(overrides), start == "initial", period, periods, place, file, replace

@@ -39,6 +39,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         oracle: options.oracle,
         overwrite: Overwrite::by_force(options.force),
     };
+    // Before the file is reserved, so that an interruption leaves no partial file.
+    let stop = interrupt_flag()?;
     let saving = SavedCertificate::prepare(&given, &changes, &target, request)?;
     let case = saving.case();
     if let (Some(_), Err(reason)) = (&options.figure, resistance(&case.system)) {
@@ -53,7 +55,6 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<Comma
         &given,
         &given.changed(&changes),
     )?;
-    let stop = interrupt_flag()?;
     let stopped = || stop.load(Ordering::Relaxed);
     let certified = match watched(common, BarKind::Share, &stop, |bar| saving.start(bar)) {
         Err(error) if error.is_interrupted() => return interrupted(common, &format!(" {error}")),

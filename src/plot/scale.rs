@@ -157,6 +157,11 @@ impl Scale {
 
 /// At most `most` multiples of 1, 2 or 5 times a power of ten, from `low` to `high`.
 fn round_values((low, high): (f64, f64), most: usize) -> Vec<f64> {
+    // Without a width no step ends the loops.
+    let width = (high - low).abs();
+    if width.is_nan() || width < f64::EPSILON {
+        return vec![low];
+    }
     let ends = |step: f64| {
         let beyond = |value: f64| {
             let rest = value - (value / step).floor() * step;

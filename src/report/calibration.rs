@@ -236,6 +236,6 @@ impl Report for CalibrationReport<'_> {
         .with_all(verdict)
         .with(parameters)
         .details([targets])
-        .with_files(std::iter::once(&self.file).chain(&self.case))
+        .with_lines(std::iter::once(&self.file).chain(&self.case))
     }
 }

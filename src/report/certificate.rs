@@ -51,7 +51,7 @@ impl Report for CertifyReport<'_> {
         if let Some(exact) = &certified.exact {
             page = page.details([work_of(exact)]).details([exact_events(exact)]);
         }
-        page.with_files(std::iter::once(&self.file).chain(&self.figure))
+        page.with_lines(std::iter::once(&self.file).chain(&self.figure))
     }
 }
 

@@ -147,10 +147,10 @@ impl Page {
         self
     }
 
-    /// Adds the names of files, a line each.
-    pub fn with_files<'a>(self, files: impl IntoIterator<Item = &'a String>) -> Page {
-        let files: Vec<&str> = files.into_iter().map(String::as_str).collect();
-        self.with(files.join("\n"))
+    /// Adds lines, such as names of files, as one part.
+    pub(crate) fn with_lines<'a>(self, lines: impl IntoIterator<Item = &'a String>) -> Page {
+        let lines: Vec<&str> = lines.into_iter().map(String::as_str).collect();
+        self.with(lines.join("\n"))
     }
 
     /// Adds parts without blank lines before them. Below a detail they are details, too.

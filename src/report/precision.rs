@@ -63,7 +63,7 @@ impl Report for PrecisionReport<'_> {
                 "{LEGEND}\nReference: {description}.\nIts uncertainty is {onset} (onset), {last} (final), {all} (all); an error in \
                  brackets is below it."
             )])
-            .with_files(std::iter::once(&self.file).chain(&self.figures))
+            .with_lines(std::iter::once(&self.file).chain(&self.figures))
     }
 }
 

@@ -58,7 +58,7 @@ impl Report for RunSummary<'_> {
         Page::new(self.title, below_changes(self.changed, format!("{how}\n{events}")))
             .with(table(rows))
             .details([work(&summary.work)])
-            .with_files(statements.chain([&self.file]))
+            .with_lines(statements.chain([&self.file]))
     }
 }
 

@@ -105,7 +105,6 @@ mod marks {
 }
 
 mod colors {
-
     use stickslip::model::Mode;
     use stickslip::plot::style::{BLUE, LIGHTNESS, RGBColor, ground, of_mode, shade, shade_of_code};
 
@@ -173,7 +172,6 @@ mod colors {
 }
 
 mod pages {
-
     use stickslip::plot::style::{NAMED, RGBColor};
 
     const LIGHT: &str = include_str!("../../data/page/light.css");

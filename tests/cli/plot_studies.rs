@@ -3,7 +3,6 @@
 use crate::common::cli::{Folder, says};
 use crate::common::json::*;
 use crate::common::page::{document, doubles};
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use stickslip::plot::figure::{Cell, ColorKey};

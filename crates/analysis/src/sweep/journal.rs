@@ -12,7 +12,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use stickslip_files::{ResultError, SweepEvent};
-use stickslip_system::record::Event;
+use stickslip_system::record::{Event, EventKind};
 
 pub(super) const NO_COUNT: i64 = -1;
 
@@ -118,8 +118,10 @@ impl PointOutcome {
         let mut events = Vec::new();
         for _ in 0..whole(rest)? {
             let time = float(rest)?;
-            let [kind, mode] = taken::<2>(rest)?.map(|code| f64::from(code as i8));
-            events.push([time, kind, mode, float(rest)?, float(rest)?]);
+            let [kind, mode] = taken::<2>(rest)?.map(|code| code as i8);
+            // A journal with an unknown event is of another version.
+            EventKind::ALL.into_iter().find(|known| known.code() == kind)?;
+            events.push([time, kind.into(), mode.into(), float(rest)?, float(rest)?]);
         }
         rest.is_empty().then_some(PointOutcome { number, result, events })
     }

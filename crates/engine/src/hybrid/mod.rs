@@ -2,8 +2,8 @@
 //!
 //! A hybrid system is in one *location* at a time, where its equations are smooth. A location ends when a *guard*, a
 //! function of the state, changes sign, or at a *time event*, known beforehand. [`SystemDynamics`] has the
-//! equations and guards of each location, and [`Rules`] the effects; [`run`] hands each segment to an [`Engine`], restarts at every
-//! transition, and streams samples, events and segments to an [`Observer`].
+//! equations and guards of each location, and [`Rules`] the effects; [`run`] hands each segment to an [`Engine`],
+//! restarts at every transition, and streams samples, events and segments to an [`Observer`].
 //!
 //! Three conventions matter:
 //!

@@ -7,8 +7,8 @@
 //! | `Esdirk` | ARKODE's ARKStep | an implicit Runge-Kutta method for stiff systems |
 //!
 //! A user implements [`OdeSystem`], makes a [`Solver`] with a method, sets crossings, and calls
-//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. A [`Error`](crate::Error) has the C function, the flag's
-//! name, the time, SUNDIALS' message, and the callback value that caused it.
+//! [`advance`](Solver::advance) until its [`Advanced`] reports an end. An [`Error`](crate::Error) has the C function,
+//! the flag's name, the time, SUNDIALS' message, and the callback value that caused it.
 //!
 //! - A panic in a callback does not unwind through C: it is resumed in Rust, out of `advance`.
 //! - If a right-hand side is not finite, the solver tries a shorter step before it fails.

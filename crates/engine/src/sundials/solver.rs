@@ -47,7 +47,7 @@ impl Drop for Memory {
 /// A solver of an initial value problem; it owns the system.
 ///
 /// The docs name the functions of CVODE; those of ARKODE have the prefix `ARKode`. Arguments that are not finite,
-/// slices of a wrong length, and failure flags of C functions give a [`Error`].
+/// slices of a wrong length, and failure flags of C functions give an [`Error`].
 pub struct Solver<S: OdeSystem> {
     // Fields are dropped in this order.
     memory: Memory,
