@@ -163,8 +163,8 @@ fn cli_runs_of_a_sweep_lie_on_the_branches() {
         "runs of runs & cycles, stable",
     );
     // Runs that end before they repeat themselves have no motion to draw, and the legend counts them.
-    let short = sweep("rotor.speed", "0.3, 0.35, 0.4").replace("[[axis]]", "[set]\noutput.end_time = 1\n[[axis]]");
-    folder.write("short.toml", short);
+    let ends = "[[axis]]\nkey = \"output.end_time\"\nvalues = [1, 8]\n";
+    folder.write("short.toml", sweep("rotor.speed", "0.3, 0.35, 0.4") + ends);
     folder.ok("sweep short.toml -q");
     let file = folder.sweep_file("short.h5");
     let figures = Branches::read(&path).unwrap().with_runs(&file).unwrap().all().unwrap();

@@ -72,13 +72,6 @@ impl CaseKeys {
                 return Some(format!("{before}.{close}"));
             }
         }
-        // The inertia of a body that moves along a line is its mass.
-        if let Some(before) = path.strip_suffix(".mass") {
-            let inertia = format!("{before}.inertia");
-            if self.known().contains(&&*inertia) {
-                return Some(inertia);
-            }
-        }
         let close = suggest(path, self.known().into_iter())?;
         let last = path.rsplit('.').next().unwrap_or_default();
         Some(match last.parse::<usize>() {

@@ -461,6 +461,10 @@ fn unknown_key(name: &str, parent: &str, pattern: &str, known: &[&'static str]) 
     if let Some(close) = suggest(name, here.iter().copied()) {
         return format!("unknown key; did you mean {}?", join(parent, close));
     }
+    // The inertia of a body that moves along a line is its mass.
+    if name == "mass" && here.contains(&"inertia") {
+        return format!("unknown key; did you mean {}?", join(parent, "inertia"));
+    }
     let elsewhere = known.iter().find(|key| key.rsplit('.').next() == Some(name));
     if let Some(key) = elsewhere {
         return format!("unknown key; did you mean {key}?");
