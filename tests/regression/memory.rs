@@ -70,7 +70,7 @@ fn regression_a_million_samples_take_less_than_64_mib() {
 fn regression_long_events_are_not_kept_in_memory() {
     let folder = tempfile::tempdir().unwrap();
     let run = |end: &str| {
-        let target = folder.path().join("events.h5");
+        let target = folder.path().join(format!("events-{end}.h5"));
         let end = format!("output.end_time={end}");
         let kick = "perturbation=[{kind=\"kick\",time=0.05,relative_velocity=1e-2}]";
         let settings = [
