@@ -10,7 +10,7 @@ use stickslip_engine::simulation::{
     Method, OutputOptions, Peak, Shot, SolverOptions, moving_state, stated_start, weights,
 };
 use stickslip_system::model::Mode;
-use stickslip_system::record::MemoryRecorder;
+use stickslip_system::record::{Event, Recorder, RecorderError, Sample};
 use stickslip_system::watch::Watch;
 
 /// Largest number of turns, or of periods of the drives, in a period.
@@ -63,6 +63,34 @@ pub struct CycleSearch {
     pub periods: Option<u32>,
     /// Period, s; `None` selects the best fit.
     pub period: Option<f64>,
+}
+
+/// The last sample of a run. Its events, of which there may be millions, are not kept.
+#[derive(Default)]
+struct LastState {
+    time: f64,
+    further: Vec<f64>,
+}
+
+impl Recorder for LastState {
+    fn stores_motion(&self) -> bool {
+        false
+    }
+
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.clear();
+        self.further.extend_from_slice(values);
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.time = sample.time;
+        Ok(())
+    }
+
+    fn event(&mut self, _: &Event) -> Result<(), RecorderError> {
+        Ok(())
+    }
 }
 
 /// Finds a periodic motion of a family at these values of its parameters. An error describes the failed attempts.
@@ -136,19 +164,15 @@ fn starting_point(
         ..case.solver.clone()
     };
     let output = OutputOptions::at_the_ends(case.output.end_time);
-    let mut recorder = MemoryRecorder::default();
+    let mut last = LastState::default();
     let run = Run::of_system(&case.system, case.threshold, &solver, &output);
-    let report = run.record(&mut recorder).watch(stop).start();
+    let report = run.record(&mut last).watch(stop).start();
     let report =
         report.map_err(|failure| Error::computation(format!("the motion could not be followed: {failure}")))?;
     if report.interrupted {
         return Err(Error::interrupted());
     }
-    let last = recorder.samples.len() - 1;
-    Ok((
-        recorder.samples[last].time,
-        moving_state(&case.system, recorder.further(last)),
-    ))
+    Ok((last.time, moving_state(&case.system, &last.further)))
 }
 
 pub(crate) fn apart(a: &DVector<f64>, b: &DVector<f64>, sizes: &[f64]) -> f64 {
